@@ -1,0 +1,127 @@
+// The plot: a cursor over the program of one experiment.
+//
+//   packing -> for each stage: loading (until the stress is reached)
+//                              or hold = dynamic stage, then { ageing: age, break; dynamic stage } until the end
+//
+// A pull machine: advance() computes up to a budget of cycles and returns what came out. It never calls out,
+// prints, opens a file or reads a clock. One thread owns a Run; its kernels use `threads` of their own.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/experiment/experiment.h"
+#include "core/run/record.h"
+
+namespace creep {
+
+/// What may differ between two attempts at the same experiment without changing a bit of its state.
+struct RunOptions {
+  int threads = 1;
+  std::string instruction_set;     ///< "", "portable", "avx2", "avx512": "" takes the widest the processor has
+  bool allow_inexact = false;      ///< resume although arithmetic_id differs
+  std::int64_t rebuild_every = 0;  ///< force a neighbour search every so many cycles (tests); 0 = when due
+};
+
+/// How a run ended. A creep failure is a result: the job ends well.
+struct Outcome {
+  enum class Kind { kCompleted, kCreepFailure, kGuardStop };
+  Kind kind = Kind::kCompleted;
+  std::string reason;  ///< "completed", "creep failure: axial creep strain 0.21 > 0.2", "guard overlap: ..."
+  std::string advice;  ///< for a guard stop: what cures it
+};
+
+/// Where the run is, for a progress line.
+struct Progress {
+  std::string stage;             ///< "packing", "oedometric", "creep"
+  Phase phase = Phase::kPacking;
+  std::int64_t stage_index = 0;  ///< in the program; -1 while packing
+  std::int64_t stage_count = 0;
+  std::int64_t dynamic_stage = 0;
+  std::int64_t particles = 0;
+  double stage_fraction = 0.0;   ///< of the present stage done [0, 1], a rough guess
+};
+
+/// What one advance() brought forth.
+struct Batch {
+  std::vector<Record> records;   ///< in sequence
+  std::int64_t cycles = 0;       ///< computed now
+  double particle_steps = 0.0;   ///< cycles x particles computed now
+  std::int64_t rebuilds = 0;     ///< neighbour searches now (depends on skin and schedule, not on the physics)
+  bool stage_ended = false;      ///< packing, a program stage or a dynamic stage ended: a checkpoint is due
+  std::optional<Outcome> outcome;  ///< set once, at the end
+};
+
+/// Final figures for summary.json, each as name, value; the order is kept.
+struct SummaryFigure {
+  std::string name;  ///< with the SI unit as suffix, as in the csv columns
+  double value = 0.0;
+};
+
+/// What a checkpoint says of itself without being loaded.
+struct CheckpointInfo {
+  std::uint32_t format_version = 0;
+  std::string arithmetic_id;
+  std::string experiment_hash;
+  std::string state_digest;
+  std::uint64_t next_sequence = 0;  ///< of the first record not yet made
+  std::string stage;
+  std::int64_t particles = 0;
+  std::int64_t cycle = 0;           ///< since the start of the run
+  double age = 0.0;                 ///< [s]
+  double dynamic_time = 0.0;        ///< [s]
+  double creep_time = 0.0;          ///< [s]
+  double axial_strain = 0.0;
+  std::int64_t broken_total = 0;
+  bool inexact = false;             ///< an attempt was resumed with other arithmetic
+};
+
+class Run {
+ public:
+  /// A run before its first cycle. Error: InvalidArgument for an unknown or unsupported instruction set.
+  static absl::StatusOr<std::unique_ptr<Run>> start(const Experiment& experiment, const RunOptions& options);
+
+  /// Continues from checkpoint() bytes. Errors: DataLoss (damaged), InvalidArgument (another experiment),
+  /// FailedPrecondition (other arithmetic_id and not allow_inexact).
+  static absl::StatusOr<std::unique_ptr<Run>> resume(const Experiment& experiment, const RunOptions& options,
+                                                     std::string_view checkpoint);
+  ~Run();
+
+  /// Computes at most `cycle_budget` cycles (at least 1); stops early at the end of any stage.
+  /// After an outcome was returned, must not be called again.
+  Batch advance(std::int64_t cycle_budget);
+
+  /// The complete state: resume() with it continues bit for bit.
+  std::string checkpoint() const;
+
+  /// SHA-256 (64 hex digits) of the id-ordered physical state (architecture: determinism contract, point 7).
+  std::string state_digest() const;
+
+  Progress progress() const;
+  std::vector<SummaryFigure> summary() const;
+  std::uint64_t next_sequence() const;
+  bool inexact() const;  ///< was ever resumed with other arithmetic
+  std::vector<std::string> warnings() const;  ///< e.g. target void ratio not reached
+
+ private:
+  struct Impl;
+  explicit Run(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Reads the head of a checkpoint and verifies every section's checksum. Error: DataLoss.
+absl::StatusOr<CheckpointInfo> read_checkpoint_info(std::string_view checkpoint);
+
+/// Identifies the results of this machine's arithmetic: hash of a self-test of all kernels (16 hex digits).
+std::string arithmetic_id(const std::string& instruction_set);
+
+/// "portable", "avx2" or "avx512": the widest that the kernels and this processor share, or CREEP_ISA's wish
+/// when the caller passes it in.
+absl::StatusOr<std::string> choose_instruction_set(const std::string& wish);
+
+}  // namespace creep
