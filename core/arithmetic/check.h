@@ -3,17 +3,12 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
 namespace creep::internal {
 [[noreturn]] inline void check_failed(const char* file, int line, const char* condition, const char* why) {
-  std::fputs(file, stderr);
-  char number[16];
-  std::snprintf(number, sizeof number, ":%d: ", line);
-  std::fputs(number, stderr);
-  std::fputs(condition, stderr);
-  std::fputs(": ", stderr);
-  std::fputs(why, stderr);
-  std::fputs("\n", stderr);
+  const std::string message = std::string(file) + ":" + std::to_string(line) + ": " + condition + ": " + why + "\n";
+  std::fputs(message.c_str(), stderr);
   std::abort();
 }
 }  // namespace creep::internal
