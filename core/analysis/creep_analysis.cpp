@@ -1,0 +1,198 @@
+#include "core/analysis/creep_analysis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/arithmetic/check.h"
+
+namespace creep {
+namespace {
+
+constexpr std::size_t kFewestPoints = 3;    // of a regression
+constexpr std::size_t kLeastWindow = 3;     // intervals a smoothed rate spans at least
+constexpr std::size_t kWindowsOfCurve = 5;  // a window spans at most about this part of the curve
+constexpr double kSameRate = 1.25;          // rates within this factor count as constant
+constexpr double kRise = 2.0;          // a rise of the smoothed rate that noise of 40 % a stage does not make
+constexpr double kLeastPlateau = 2.0;  // creep_time ratio a constant rate must last to be secondary creep
+
+/// Points with a logarithm that advance creep_time.
+CreepCurve usable(const CreepCurve& curve) {
+  CREEP_CHECK(curve.creep_time.size() == curve.axial_strain.size(),
+              "creep curve with arrays of unequal length");
+  CreepCurve out;
+  for (std::size_t i = 0; i < curve.creep_time.size(); ++i) {
+    const double creep_time = curve.creep_time[i];
+    const bool finite = std::isfinite(creep_time) && std::isfinite(curve.axial_strain[i]);
+    const bool advances = out.creep_time.empty() || creep_time > out.creep_time.back();
+    if (!finite || creep_time <= 0.0) continue;
+    if (!advances) {
+      // The later row of equal creep_time is the later state.
+      if (creep_time == out.creep_time.back()) out.axial_strain.back() = curve.axial_strain[i];
+      continue;
+    }
+    out.creep_time.push_back(creep_time);
+    out.axial_strain.push_back(curve.axial_strain[i]);
+  }
+  return out;
+}
+
+std::vector<StrainRate> windowed_rates(const CreepCurve& points, std::size_t intervals) {
+  std::vector<StrainRate> rates;
+  for (std::size_t i = 0; i + intervals < points.creep_time.size(); ++i) {
+    const double begin = points.creep_time[i];
+    const double end = points.creep_time[i + intervals];
+    const double middle = std::sqrt(begin) * std::sqrt(end);
+    const double strain = points.axial_strain[i + intervals] - points.axial_strain[i];
+    rates.push_back({middle, strain / std::log(end / begin) / middle});
+  }
+  return rates;
+}
+
+struct Line {
+  double intercept = 0.0;
+  double slope = 0.0;
+  double slope_standard_error = 0.0;
+  std::optional<double> r_squared;
+};
+
+/// Least squares about the mean, which keeps the sums small. nullopt with fewer than 3 points or equal
+/// abscissae.
+std::optional<Line> fit_line(const std::vector<double>& abscissa, const std::vector<double>& ordinate) {
+  const std::size_t count = abscissa.size();
+  if (count < kFewestPoints) return std::nullopt;
+  double mean_x = 0.0;
+  double mean_y = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    mean_x += abscissa[i];
+    mean_y += ordinate[i];
+  }
+  mean_x /= static_cast<double>(count);
+  mean_y /= static_cast<double>(count);
+  double xx = 0.0;
+  double xy = 0.0;
+  double yy = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    xx += (abscissa[i] - mean_x) * (abscissa[i] - mean_x);
+    xy += (abscissa[i] - mean_x) * (ordinate[i] - mean_y);
+    yy += (ordinate[i] - mean_y) * (ordinate[i] - mean_y);
+  }
+  if (xx <= 0.0) return std::nullopt;
+  Line line;
+  line.slope = xy / xx;
+  line.intercept = mean_y - line.slope * mean_x;
+  double residual = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double miss = ordinate[i] - line.intercept - line.slope * abscissa[i];
+    residual += miss * miss;
+  }
+  line.slope_standard_error = std::sqrt(residual / static_cast<double>(count - 2) / xx);
+  // Below this spread the ordinates are equal to rounding, and a ratio of roundings is no correlation.
+  const double rounding = 1e-14 * (1.0 + std::fabs(mean_y));
+  if (yy > static_cast<double>(count) * rounding * rounding) line.r_squared = 1.0 - residual / yy;
+  return line;
+}
+
+/// The run of smoothed rates about the least one in which they stay within kSameRate of it.
+struct Plateau {
+  std::size_t least = 0;
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+
+std::optional<Plateau> find_plateau(const std::vector<StrainRate>& rates) {
+  std::optional<Plateau> found;
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    if (rates[i].rate <= 0.0) continue;
+    if (!found || rates[i].rate < rates[found->least].rate) found = Plateau{i, i, i};
+  }
+  if (!found) return std::nullopt;
+  const double limit = kSameRate * rates[found->least].rate;
+  while (found->first > 0 && rates[found->first - 1].rate <= limit) --found->first;
+  while (found->last + 1 < rates.size() && rates[found->last + 1].rate <= limit) ++found->last;
+  return found;
+}
+
+}  // namespace
+
+std::vector<StrainRate> strain_rates(const CreepCurve& curve) { return windowed_rates(usable(curve), 1); }
+
+std::vector<StrainRate> smoothed_strain_rates(const CreepCurve& curve) {
+  const CreepCurve points = usable(curve);
+  const std::size_t intervals = points.creep_time.empty() ? 0 : points.creep_time.size() - 1;
+  return windowed_rates(points, std::max(kLeastWindow, intervals / kWindowsOfCurve));
+}
+
+double SinghMitchellFit::rate(double creep_time) const {
+  return std::exp(ln_rate_at_1_s - m * std::log(creep_time));
+}
+
+std::optional<SinghMitchellFit> fit_singh_mitchell(const std::vector<StrainRate>& rates, double window_begin,
+                                                   double window_end) {
+  SinghMitchellFit fit;
+  std::vector<double> ln_creep_time;
+  std::vector<double> ln_rate;
+  for (const StrainRate& point : rates) {
+    if (point.creep_time < window_begin || point.creep_time > window_end) continue;
+    if (point.rate <= 0.0) {
+      ++fit.omitted;
+      continue;
+    }
+    if (ln_rate.empty()) fit.window_begin = point.creep_time;
+    fit.window_end = point.creep_time;
+    ln_creep_time.push_back(std::log(point.creep_time));
+    ln_rate.push_back(std::log(point.rate));
+  }
+  const std::optional<Line> line = fit_line(ln_creep_time, ln_rate);
+  if (!line) return std::nullopt;
+  fit.m = -line->slope;
+  fit.m_standard_error = line->slope_standard_error;
+  fit.r_squared = line->r_squared;
+  fit.ln_rate_at_1_s = line->intercept;
+  fit.points = ln_rate.size();
+  return fit;
+}
+
+std::optional<LogTimeFit> fit_log_time(const CreepCurve& curve) {
+  const CreepCurve points = usable(curve);
+  std::vector<double> decades;
+  for (const double creep_time : points.creep_time) decades.push_back(std::log10(creep_time));
+  const std::optional<Line> line = fit_line(decades, points.axial_strain);
+  if (!line) return std::nullopt;
+  return LogTimeFit{line->slope, line->intercept, line->r_squared, decades.size()};
+}
+
+CreepAnalysis analyse_creep(const CreepCurve& curve) {
+  CreepAnalysis analysis;
+  analysis.rates = strain_rates(curve);
+  analysis.smoothed_rates = smoothed_strain_rates(curve);
+  analysis.log_time_fit = fit_log_time(curve);
+
+  const std::vector<StrainRate>& smooth = analysis.smoothed_rates;
+  double primary_end = std::numeric_limits<double>::infinity();
+  if (const auto plateau = find_plateau(smooth); plateau) {
+    const StrainRate& least = smooth[plateau->least];
+    const double earliest = smooth[plateau->first].creep_time;
+    const double latest = smooth[plateau->last].creep_time;
+    const auto rose = [&](const StrainRate& point) { return point.rate >= kRise * least.rate; };
+    const auto after = smooth.begin() + static_cast<std::ptrdiff_t>(plateau->least);
+    if (std::any_of(after, smooth.end(), rose)) {
+      analysis.phase = CreepPhase::kTertiary;
+      // The plateau ends somewhere between its last member and the next one, which the range includes.
+      const std::size_t before = plateau->first == 0 ? 0 : plateau->first - 1;
+      const std::size_t behind = std::min(plateau->last + 1, smooth.size() - 1);
+      analysis.tertiary =
+          TertiaryOnset{least.creep_time, smooth[before].creep_time, smooth[behind].creep_time, least.rate};
+      primary_end = earliest;
+    } else if (plateau->last + 1 == smooth.size() && latest >= kLeastPlateau * earliest) {
+      analysis.phase = CreepPhase::kSecondary;
+      primary_end = earliest;
+    } else {
+      analysis.phase = CreepPhase::kPrimary;
+    }
+  }
+  analysis.primary_fit = fit_singh_mitchell(analysis.rates, 0.0, primary_end);
+  return analysis;
+}
+
+}  // namespace creep
