@@ -39,8 +39,8 @@ struct SpecimenSpec {
   std::optional<std::int64_t> particles;  ///< exactly one of particles, side is given
   std::optional<double> side;             ///< edge of the cube [m]
   Grading grading = LognormalGrading{};
-  double void_ratio = 0.65;               ///< target after packing [-]
-  double isotropic_stress = 100e3;        ///< at which packing ends and strains are zero [Pa]
+  double void_ratio = 0.65;         ///< target after packing [-]
+  double isotropic_stress = 100e3;  ///< at which packing ends and strains are zero [Pa]
   std::uint64_t seed = 1;
 };
 
@@ -49,20 +49,21 @@ enum class SplitLayout { kOctahedral, kCubic, kTetrahedral };
 struct Material {
   std::string preset = "fontainebleau-ne34";
   // Contact (eqs 1-7)
-  double shear_modulus = 32e9;         ///< G [Pa]
-  double poisson_ratio = 0.19;         ///< nu [-]
-  double friction = 0.275;             ///< mu, between grains [-]
-  double density = 2650.0;             ///< of the grains [kg/m3]
-  double roughness = 0.6e-6;           ///< S_q of the pair [m] (open reading: pair, not grain); 0 = smooth Hertz
-  double roughness_n1 = 0.05;          ///< n1 [-] (eq 6)
-  double roughness_n2 = 5.0;           ///< n2 [-] (eq 7)
-  double wall_stiffness_factor = 1.0;  ///< E' at walls over E' between grains; 2 = rigid walls (open reading) [-]
+  double shear_modulus = 32e9;  ///< G [Pa]
+  double poisson_ratio = 0.19;  ///< nu [-]
+  double friction = 0.275;      ///< mu, between grains [-]
+  double density = 2650.0;      ///< of the grains [kg/m3]
+  double roughness = 0.6e-6;    ///< S_q of the pair [m] (open reading: pair, not grain); 0 = smooth Hertz
+  double roughness_n1 = 0.05;   ///< n1 [-] (eq 6)
+  double roughness_n2 = 5.0;    ///< n2 [-] (eq 7)
+  double wall_stiffness_factor =
+      1.0;  ///< E' at walls over E' between grains; 2 = rigid walls (open reading) [-]
   // Strength (eqs 10-12)
-  double limit_stress = 3.75e9;        ///< sigma_lim0 [Pa]
-  double reference_diameter = 2e-3;    ///< d0 [m] (open reading)
-  double size_exponent = 0.25;         ///< k of (d/d0)^-k [-] (open reading: 3/m_p)
-  double strength_variation = 0.38;    ///< var [-]
-  double strength_floor = 0.05;        ///< least value of 1 + var X [-] (open reading)
+  double limit_stress = 3.75e9;          ///< sigma_lim0 [Pa]
+  double reference_diameter = 2e-3;      ///< d0 [m] (open reading)
+  double size_exponent = 0.25;           ///< k of (d/d0)^-k [-] (open reading: 3/m_p)
+  double strength_variation = 0.38;      ///< var [-]
+  double strength_floor = 0.05;          ///< least value of 1 + var X [-] (open reading)
   double comminution_limit = 0.1155e-3;  ///< d_c: smaller particles never fail [m]
   SplitLayout split_layout = SplitLayout::kOctahedral;
   // Cracks (eqs 14-21)
@@ -86,7 +87,8 @@ struct OedometricStage {
   double axial_stress = 0.0;  ///< target [Pa]
 };
 
-/// Holds the axial stress (default: the one reached) for `duration` of creep_time: dynamic stages and ageing in turn.
+/// Holds the axial stress (default: the one reached) for `duration` of creep_time: dynamic stages and ageing
+/// in turn.
 struct CreepStage {
   double duration = 0.0;               ///< of creep_time [s]
   std::optional<double> axial_stress;  ///< [Pa]
@@ -101,16 +103,16 @@ enum class InertiaScaling { kNone, kFragments, kAll };
 
 struct Numerics {
   std::string fidelity = "paper";
-  std::int64_t minimum_cycles = 150000;         ///< of a dynamic stage
-  double time_step_safety = 0.7;                ///< on sqrt2 min sqrt(m/lambda_max) [-]
+  std::int64_t minimum_cycles = 150000;              ///< of a dynamic stage
+  double time_step_safety = 0.7;                     ///< on sqrt2 min sqrt(m/lambda_max) [-]
   std::optional<std::int64_t> breakages_per_ageing;  ///< n_age; default max(1, round(0.0026 x initial count))
-  double settle_tolerance = 0.005;              ///< on |stress/target - 1| [-]
-  double unbalanced_tolerance = 1e-4;           ///< on the unbalanced force ratio [-]
-  double local_damping = 0.7;                   ///< alpha [-]
+  double settle_tolerance = 0.005;                   ///< on |stress/target - 1| [-]
+  double unbalanced_tolerance = 1e-4;                ///< on the unbalanced force ratio [-]
+  double local_damping = 0.7;                        ///< alpha [-]
   InertiaScaling inertia_scaling = InertiaScaling::kNone;
-  std::int64_t failure_check_interval = 1;      ///< cycles between checks of immediate failure
-  double loading_velocity = 0.1;                ///< closing speed of the pair of platens, and its cap under servo [m/s]
-  std::optional<double> skin;                   ///< of the neighbour list [m]; default 0.01 d50. Never changes a result
+  std::int64_t failure_check_interval = 1;  ///< cycles between checks of immediate failure
+  double loading_velocity = 0.1;  ///< closing speed of the pair of platens, and its cap under servo [m/s]
+  std::optional<double> skin;     ///< of the neighbour list [m]; default 0.01 d50. Never changes a result
 };
 
 struct Output {

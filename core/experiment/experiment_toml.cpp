@@ -1,0 +1,139 @@
+#include "core/experiment/experiment_toml.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "core/experiment/document.h"
+#include "core/experiment/sections.h"
+#include "core/experiment/table_reader.h"
+
+namespace creep {
+namespace {
+
+constexpr std::size_t kMostDiagnostics = 100;
+constexpr std::size_t kLongestName = 200;  // bytes
+
+/// The table of a section; null (and an error if it is there as something else) otherwise.
+const DocumentNode* section(TableReader& root, std::string_view key) {
+  const DocumentNode* node = root.find(key);
+  if (node == nullptr || node->kind == DocumentNode::Kind::kTable) return node;
+  root.error(node->begin, std::string(key) + " is a section: write [" + std::string(key) + "]");
+  return nullptr;
+}
+
+void read_name(TableReader& root, Experiment& experiment) {
+  const std::optional<std::string> name = root.string("name");
+  if (!name) return;
+  const bool control = std::any_of(name->begin(), name->end(), [](char letter) {
+    return static_cast<unsigned char>(letter) < 0x20 || letter == 0x7F;
+  });
+  if (control || name->size() > kLongestName) {
+    root.error(root.position_of("name"), "name must be one line of at most 200 bytes");
+    return;
+  }
+  experiment.name = *name;
+}
+
+void check_together(const DocumentNode& root, const Experiment& experiment, DiagnosticLog& log) {
+  const auto& ageing = experiment.numerics.breakages_per_ageing;
+  const auto& particles = experiment.specimen.particles;
+  if (ageing && particles && *ageing > *particles) {
+    log.error(root.find("numerics")->value.find("breakages_per_ageing")->value.begin,
+              "breakages_per_ageing must not exceed the number of particles");
+  }
+}
+
+Experiment read_experiment(const DocumentNode& document, DiagnosticLog& log) {
+  Experiment experiment;
+  TableReader root(document, "the job file", log);
+  read_name(root, experiment);
+  if (const DocumentNode* specimen = section(root, "specimen")) {
+    experiment.specimen = read_specimen(*specimen, log);
+  } else if (!root.has("specimen")) {
+    log.error({}, "missing section [specimen]");
+  }
+  if (const DocumentNode* material = section(root, "material")) {
+    experiment.material = read_material(*material, log);
+  }
+  if (const DocumentNode* program = root.find("program")) {
+    experiment.program = read_program(*program, experiment.specimen.isotropic_stress, log);
+  } else {
+    log.error({}, "missing [[program]]: the job has no stage (available: oedometric, creep)");
+  }
+  if (const DocumentNode* numerics = section(root, "numerics")) {
+    experiment.numerics = read_numerics(*numerics, log);
+  }
+  if (const DocumentNode* output = section(root, "output")) experiment.output = read_output(*output, log);
+  root.unavailable("start", "");
+  root.finish();
+  check_together(document, experiment, log);
+  return experiment;
+}
+
+void sort_and_cut(std::vector<Diagnostic>& diagnostics) {
+  std::stable_sort(diagnostics.begin(), diagnostics.end(), [](const Diagnostic& a, const Diagnostic& b) {
+    return std::tie(a.line, a.column) < std::tie(b.line, b.column);
+  });
+  if (diagnostics.size() <= kMostDiagnostics) return;
+  const std::size_t more = diagnostics.size() - kMostDiagnostics;
+  diagnostics.resize(kMostDiagnostics);
+  const Diagnostic last = diagnostics.back();
+  diagnostics.push_back({last.line, last.column, "and " + std::to_string(more) + " more like these"});
+}
+
+/// The byte offset of a place in the text.
+std::size_t offset_of(std::string_view text, TextPosition position) {
+  std::size_t at = 0;
+  for (int line = 1; line < position.line && at < text.size(); ++line) {
+    at = std::min(text.find('\n', at), text.size() - 1) + 1;
+  }
+  const auto continues = [&] {
+    return at < text.size() && (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
+  };
+  for (int column = 1; column < position.column && at < text.size(); ++column) {
+    ++at;
+    while (continues()) ++at;
+  }
+  return at;
+}
+
+}  // namespace
+
+ParseResult parse_experiment(std::string_view text) {
+  ParseResult result;
+  const ParsedDocument document = parse_document(text);
+  if (document.error) {
+    result.errors.push_back(*document.error);
+    return result;
+  }
+  if (document.root.entries.empty()) {
+    result.errors.push_back({1, 1, "the file is empty; 'creepctl init' writes a job file to start from"});
+    return result;
+  }
+  DiagnosticLog log;
+  Experiment experiment = read_experiment(document.root, log);
+  sort_and_cut(log.errors);
+  sort_and_cut(log.warnings);
+  if (log.errors.empty()) result.experiment = std::move(experiment);
+  result.errors = std::move(log.errors);
+  result.warnings = std::move(log.warnings);
+  return result;
+}
+
+std::optional<GradingFile> find_grading_file(std::string_view text) {
+  const ParsedDocument document = parse_document(text);
+  if (document.error) return std::nullopt;
+  const DocumentEntry* entry = document.root.find("specimen");
+  for (const std::string_view key : {"grading", "file"}) {
+    if (entry != nullptr) entry = entry->value.find(key);
+  }
+  if (entry == nullptr || entry->value.kind != DocumentNode::Kind::kString) return std::nullopt;
+  return GradingFile{.path = entry->value.string,
+                     .value_position = entry->value.begin,
+                     .key_begin = offset_of(text, entry->key_begin),
+                     .key_end = offset_of(text, entry->key_end),
+                     .value_begin = offset_of(text, entry->value.begin),
+                     .value_end = offset_of(text, entry->value.end)};
+}
+
+}  // namespace creep
