@@ -1,20 +1,57 @@
 // creepctl: one file a command under client/commands; here they are only listed.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <vector>
 
+#include "client/commands/init.h"
+#include "client/commands/validate.h"
 #include "client/commands/version.h"
 #include "client/exit_codes.h"
+#include "core/experiment/wording.h"
+
+namespace {
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
+/// CLI11 only says that a command is missing when the one given is unknown.
+void print_unknown_command(const std::string& given, const std::vector<std::string>& names) {
+  const std::vector<std::string_view> commands(names.begin(), names.end());
+  const std::string rest = creep::guess_or_list(given, commands);
+  std::fprintf(stderr, "creepctl: unknown command %s%s\n", creep::quoted(given).c_str(), rest.c_str());
+}
+
+}  // namespace
 
 int main(int argument_count, char** arguments) {
   CLI::App app{"Simulates creep in quartz sands: checks, runs and reports jobs.", "creepctl"};
   app.require_subcommand(1);
-  app.footer("'creepctl COMMAND --help' explains a command.\n\nExample:\n  creepctl version");
+  app.footer(
+      "'creepctl COMMAND --help' explains a command.\n\nExample:\n  creepctl init creep.toml && creepctl "
+      "validate creep.toml");
 
   int exit_code = creepctl::kOk;
+  creepctl::add_init(app, exit_code);
+  creepctl::add_validate(app, exit_code);
   creepctl::add_version(app, exit_code);
 
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {
+    const std::string first = argument_count > 1 ? arguments[1] : "-";
+    const std::vector<std::string> names = command_names(app);
+    if (!first.starts_with('-') && std::find(names.begin(), names.end(), first) == names.end()) {
+      print_unknown_command(first, names);
+      return creepctl::kUsage;
+    }
     // CLI11 gives 0 for --help and a number of its own for each usage error; ours has one.
     return app.exit(error) == 0 ? creepctl::kOk : creepctl::kUsage;
   }

@@ -1,0 +1,87 @@
+#include "client/commands/validate.h"
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client/exit_codes.h"
+#include "client/job_file.h"
+#include "core/experiment/units.h"
+
+namespace creepctl {
+namespace {
+
+using creep::Dimension;
+using creep::format_quantity;
+
+/// "3000 particles, oedometric to 21.7 MPa, creep for 2 d"
+std::string summary(const creep::Experiment& experiment) {
+  std::string text = experiment.specimen.particles
+                         ? std::to_string(*experiment.specimen.particles) + " particles"
+                         : "a cube of " + format_quantity(*experiment.specimen.side, Dimension::kLength);
+  for (const creep::Stage& stage : experiment.program) {
+    if (const auto* loading = std::get_if<creep::OedometricStage>(&stage)) {
+      text += ", oedometric to " + format_quantity(loading->axial_stress, Dimension::kStress);
+    } else if (const auto* hold = std::get_if<creep::CreepStage>(&stage)) {
+      text += ", creep for " + format_quantity(hold->duration, Dimension::kDuration);
+      if (hold->axial_stress) text += " at " + format_quantity(*hold->axial_stress, Dimension::kStress);
+    }
+  }
+  return text;
+}
+
+nlohmann::ordered_json to_json(const std::vector<FileDiagnostic>& diagnostics) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const FileDiagnostic& at : diagnostics) {
+    list.push_back({{"file", at.file},
+                    {"line", at.diagnostic.line},
+                    {"column", at.diagnostic.column},
+                    {"message", at.diagnostic.message}});
+  }
+  return list;
+}
+
+void print_json(const JobFile& job) {
+  nlohmann::ordered_json value = {{"file", job.path},
+                                  {"valid", job.experiment.has_value()},
+                                  {"errors", to_json(job.errors)},
+                                  {"warnings", to_json(job.warnings)}};
+  if (job.experiment) {
+    value["summary"] = summary(*job.experiment);
+    value["experiment_hash"] = creep::experiment_hash(*job.experiment);
+  }
+  // Bytes of a path or message that are no UTF-8 are replaced, not thrown at the user.
+  std::printf("%s\n", value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+}
+
+int validate(const std::string& path, bool json) {
+  const JobFile job = read_job_file(path);
+  if (json) {
+    print_json(job);
+  } else {
+    print_diagnostics(job);
+    if (job.experiment) std::printf("%s: valid: %s\n", path.c_str(), summary(*job.experiment).c_str());
+  }
+  return job.experiment ? kOk : kInvalidInput;
+}
+
+struct Options {
+  std::string path;
+  bool json = false;
+};
+
+}  // namespace
+
+void add_validate(CLI::App& app, int& exit_code) {
+  CLI::App* command =
+      app.add_subcommand("validate", "Checks a job file and shows everything that is wrong with it");
+  auto options = std::make_shared<Options>();
+  command->add_option("JOB", options->path, "The job file")->required();
+  command->add_flag("--json", options->json, "Print JSON on stdout");
+  command->footer(
+      "Exit code 0: valid; 5: not valid, or cannot be read.\n\n"
+      "Example:\n  creepctl validate client/examples/oedometer_creep.toml");
+  command->callback([options, &exit_code] { exit_code = validate(options->path, options->json); });
+}
+
+}  // namespace creepctl
