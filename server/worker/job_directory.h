@@ -1,0 +1,28 @@
+// The names of the files of one job directory. The worker that holds the lease is their only writer.
+#pragma once
+
+#include <filesystem>
+#include <utility>
+
+namespace creepd {
+
+class JobDirectory {
+ public:
+  explicit JobDirectory(std::filesystem::path root) : root_(std::move(root)) {}
+
+  const std::filesystem::path& root() const { return root_; }
+  std::filesystem::path job_file() const { return root_ / "job.toml"; }  ///< as sent; written by the caller
+  std::filesystem::path lease() const { return root_ / "lease"; }        ///< lock and attempt number
+  std::filesystem::path sample_log() const { return root_ / "samples.log"; }   ///< every record, in sequence
+  std::filesystem::path checkpoints() const { return root_ / "checkpoints"; }  ///< three generations of ck.N
+  std::filesystem::path stage_timings() const { return root_ / "stage_timings.csv"; }  ///< cost, not physics
+  std::filesystem::path progress() const { return root_ / "progress.json"; }
+  std::filesystem::path verdict() const { return root_ / "verdict.json"; }  ///< how the last attempt ended
+  std::filesystem::path summary() const { return root_ / "summary.json"; }  ///< final figures
+  std::filesystem::path worker_log() const { return root_ / "worker.log"; }
+
+ private:
+  std::filesystem::path root_;
+};
+
+}  // namespace creepd

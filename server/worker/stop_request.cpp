@@ -1,0 +1,41 @@
+#include "server/worker/stop_request.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/signalfd.h>
+
+#include <cerrno>
+
+#include "server/worker/durable_file.h"
+
+namespace creepd {
+
+absl::StatusOr<StopRequest> StopRequest::listen(std::optional<int> parent_pipe) {
+  sigset_t asked;
+  ::sigemptyset(&asked);
+  ::sigaddset(&asked, SIGTERM);
+  ::sigaddset(&asked, SIGINT);
+  if (::pthread_sigmask(SIG_BLOCK, &asked, nullptr) != 0) return errno_status("block signals", errno);
+  FileDescriptor signals(::signalfd(-1, &asked, SFD_NONBLOCK | SFD_CLOEXEC));
+  if (!signals.open()) return errno_status("signalfd", errno);
+  FileDescriptor parent(parent_pipe.value_or(-1));
+  if (parent_pipe && ::fcntl(*parent_pipe, F_SETFL, O_NONBLOCK) != 0)
+    return errno_status("--parent-pipe", errno);
+  return StopRequest(std::move(signals), std::move(parent));
+}
+
+std::optional<std::string> StopRequest::poll() {
+  if (request_) return request_;
+  signalfd_siginfo signal{};
+  if (::read(signals_.get(), &signal, sizeof signal) == sizeof signal) {
+    request_ = signal.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT";
+  } else if (parent_.open()) {
+    char byte = 0;
+    const ssize_t got = ::read(parent_.get(), &byte, 1);
+    if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) request_ = "end of the parent's pipe";
+  }
+  return request_;
+}
+
+}  // namespace creepd

@@ -1,0 +1,31 @@
+// "Checkpoint and end": SIGTERM, SIGINT, or the end of the pipe from the process that started this one.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "server/worker/file_descriptor.h"
+
+namespace creepd {
+
+class StopRequest {
+ public:
+  /// Blocks both signals from now on, also in threads made later, so that they are seen only here. Make it
+  /// before any thread. `parent_pipe` is the reading end, if there is one. Error: of the system, or a bad
+  /// descriptor.
+  static absl::StatusOr<StopRequest> listen(std::optional<int> parent_pipe);
+
+  /// Who asked, once someone has: "SIGTERM", "SIGINT", "end of the parent's pipe". Never waits.
+  std::optional<std::string> poll();
+
+ private:
+  StopRequest(FileDescriptor signals, FileDescriptor parent)
+      : signals_(std::move(signals)), parent_(std::move(parent)) {}
+
+  FileDescriptor signals_;
+  FileDescriptor parent_;  ///< not open without a parent
+  std::optional<std::string> request_;
+};
+
+}  // namespace creepd

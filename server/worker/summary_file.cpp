@@ -1,0 +1,33 @@
+#include "server/worker/summary_file.h"
+
+#include <nlohmann/json.hpp>
+
+#include "server/worker/durable_file.h"
+
+namespace creepd {
+
+absl::Status write_summary(const std::filesystem::path& path, const creep::Run& run, const Ending& ending,
+                           const SummaryFacts& facts) {
+  nlohmann::ordered_json figures = nlohmann::ordered_json::object();
+  for (const creep::SummaryFigure& figure : run.summary()) figures[figure.name] = figure.value;
+  const double seconds = facts.total.wall_seconds;
+  const nlohmann::ordered_json summary = {
+      {"outcome", ending.outcome},
+      {"reason", ending.reason},
+      {"figures", figures},
+      {"state_digest", run.state_digest()},
+      {"experiment_hash", facts.experiment_hash},
+      {"arithmetic_id", creep::arithmetic_id(facts.instruction_set)},
+      {"inexact", run.inexact()},
+      {"records", run.next_sequence()},
+      {"warnings", run.warnings()},
+      {"particle_steps_per_second", seconds > 0.0 ? facts.total.particle_steps / seconds : 0.0},
+      {"wall_seconds", seconds},
+      {"attempts", facts.attempts},
+      {"threads", facts.threads},
+      {"instruction_set", facts.instruction_set},
+      {"versions", {{"creep_worker", CREEP_VERSION}, {"compiler", "g++ " __VERSION__}}}};
+  return write_durably(path, summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace creepd
