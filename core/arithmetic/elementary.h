@@ -17,8 +17,8 @@ double log(double x);
 /// +inf for y above, at or below 0; NaN for x < 0.
 double pow(double x, double y);
 
-/// Probability that a standard normal variable is below z [-]; absolute error <= 1e-15, relative error <=
-/// 1e-13 in the lower tail.
+/// Probability that a standard normal variable is below z [-]; absolute error <= 1e-15, and below -4
+/// relative error <= 1e-13 until it underflows.
 double normal_cdf(double z);
 
 /// Standard normal quantile of p in (0, 1); relative error about 1e-15 (Wichura 1988, algorithm AS 241,

@@ -12,6 +12,8 @@
 namespace creep {
 
 class FixedSum {
+  __extension__ typedef __int128 Int128;
+
  public:
   /// The quantum is 2^`quantum_exponent`, in the unit of the addends; -1000 <= quantum_exponent <= 1000.
   explicit FixedSum(int quantum_exponent)
@@ -21,19 +23,23 @@ class FixedSum {
     CREEP_CHECK(quantum_exponent >= -1000 && quantum_exponent <= 1000, "quantum outside the range of double");
   }
 
-  /// Rounds to the nearest multiple of the quantum (ties to even). An addend that is not finite or is 2^63
-  /// quanta or more is left out and marks the sum as saturated.
+  /// Rounds to the nearest multiple of the quantum (ties to even). An addend that is not finite or is 2^96
+  /// quanta or more is left out and marks the sum as saturated; 2^31 addends below that always fit.
   void add(double addend) {
     const double quanta = addend * inverse_quantum_;  // exact: a power of two
     const double magnitude = std::fabs(quanta);
-    if (!(magnitude < 0x1p63)) {
+    if (!(magnitude < 0x1p96)) {
       saturated_ = true;
       return;
     }
     // From 2^52 on a double is an integer already; below, the sum with 2^52 is rounded to one.
     const double rounded = magnitude < 0x1p52 ? std::copysign((magnitude + 0x1p52) - 0x1p52, quanta) : quanta;
-    sum_ += static_cast<std::int64_t>(rounded);
+    sum_ += magnitude < 0x1p62 ? static_cast<Int128>(static_cast<std::int64_t>(rounded))
+                               : static_cast<Int128>(rounded);
   }
+
+  /// Adds so many quanta, as kernels count them.
+  void add_quanta(std::int64_t quanta) { sum_ += quanta; }
 
   /// Adds a sum with the same quantum.
   void merge(const FixedSum& other) {
@@ -62,8 +68,6 @@ class FixedSum {
   }
 
  private:
-  __extension__ typedef __int128 Int128;
-
   Int128 sum_ = 0;
   int quantum_exponent_;
   double quantum_;
