@@ -25,6 +25,36 @@ TextPosition position_of(const toml::source_position& position) {
   return {std::max(1, static_cast<int>(position.line)), std::max(1, static_cast<int>(position.column))};
 }
 
+bool continues_code_point(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
+
+/// The bytes of the code point that begins at `at`; 0 if there is none in UTF-8 (RFC 3629: no surrogates, no
+/// overlong forms, nothing above U+10FFFF).
+std::size_t code_point_length(std::string_view text, std::size_t at) {
+  const auto first = static_cast<unsigned char>(text[at]);
+  if (first < 0x80) return 1;
+  const std::size_t length = first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : first < 0xF5 ? 4 : 0;
+  if (length == 0 || at + length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if (!continues_code_point(text[at + i])) return 0;
+  }
+  const auto second = static_cast<unsigned char>(text[at + 1]);
+  const bool overlong = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
+  const bool beyond = (first == 0xED && second >= 0xA0) || (first == 0xF4 && second >= 0x90);
+  return overlong || beyond ? 0 : length;
+}
+
+/// The first place that is not UTF-8. The parser checks too, but is a column off.
+std::optional<TextPosition> find_bad_utf8(std::string_view text) {
+  TextPosition here;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = code_point_length(text, at);
+    if (length == 0) return here;
+    here = text[at] == '\n' ? TextPosition{here.line + 1, 1} : TextPosition{here.line, here.column + 1};
+    at += length;
+  }
+  return std::nullopt;
+}
+
 /// Steps over the string that begins at `at`; returns the index after it.
 std::size_t skip_string(std::string_view text, std::size_t at) {
   const char quote = text[at];
@@ -64,7 +94,7 @@ std::optional<TextPosition> find_deep_key(std::string_view text) {
     for (std::size_t i = begin; i < at; ++i) {
       if (text[i] == '\n')
         here = {here.line + 1, 1};
-      else if ((static_cast<unsigned char>(text[i]) & 0xC0U) != 0x80U)
+      else if (!continues_code_point(text[i]))
         ++here.column;
     }
   }
@@ -145,6 +175,10 @@ ParsedDocument parse_document(std::string_view text) {
   ParsedDocument result;
   if (text.size() > kLargestText) {
     result.error = Diagnostic{1, 1, "the file has more than 1 MiB; this is not a job file"};
+    return result;
+  }
+  if (const auto bad = find_bad_utf8(text)) {
+    result.error = Diagnostic{bad->line, bad->column, "not UTF-8 text; a job file is a TOML text in UTF-8"};
     return result;
   }
   if (const auto deep = find_deep_key(text)) {

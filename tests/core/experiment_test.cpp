@@ -1,0 +1,250 @@
+// What a good job file means.
+#include "core/experiment/experiment.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+#include <string>
+
+#include "core/experiment/experiment_toml.h"
+
+namespace creep {
+namespace {
+
+constexpr std::string_view kLeast =
+    "[specimen]\n"
+    "particles = 3000\n"
+    "[[program]]\n"
+    "stage = \"oedometric\"\n"
+    "until = { axial_stress = \"21.7 MPa\" }\n";
+
+Experiment parsed(const std::string& text) {
+  const ParseResult result = parse_experiment(text);
+  for (const Diagnostic& error : result.errors) ADD_FAILURE() << error.line << ": " << error.message;
+  return result.experiment.value_or(Experiment{});
+}
+
+TEST(Experiment, the_least_job_file_gives_the_defaults) {
+  const Experiment experiment = parsed(std::string(kLeast));
+  EXPECT_EQ(experiment.specimen.particles, 3000);
+  EXPECT_FALSE(experiment.specimen.side);
+  EXPECT_EQ(experiment.specimen.void_ratio, 0.65);
+  EXPECT_EQ(experiment.material.preset, "fontainebleau-ne34");
+  EXPECT_EQ(experiment.material.size_exponent, 0.25);
+  EXPECT_EQ(experiment.numerics.minimum_cycles, 150000);
+  ASSERT_EQ(experiment.program.size(), 1U);
+  EXPECT_EQ(std::get<OedometricStage>(experiment.program[0]).axial_stress, 21.7e6);
+  EXPECT_EQ(stage_name(experiment.program[0]), "oedometric");
+}
+
+TEST(Experiment, every_key_arrives_in_si) {
+  const Experiment experiment = parsed(R"(
+name = "all keys"
+[specimen]
+side = "4 mm"
+grading = { points = [["0.1 mm", 0], ["0.2 mm", 0.4], ["0.4 mm", 1.0]] }
+void_ratio = 0.7
+isotropic_stress = "50 kPa"
+seed = 9
+[material]
+preset = "fontainebleau-ne34-literal"
+shear_modulus = "30 GPa"
+poisson_ratio = 0.2
+friction = 0.3
+density = "2.6 g/cm3"
+roughness = "0 um"
+roughness_n1 = 0.06
+roughness_n2 = 6
+wall_stiffness_factor = 2
+limit_stress = "4 GPa"
+reference_diameter = "1.5 mm"
+strength_variation = 0.4
+strength_floor = 0.1
+comminution_limit = "0.1 mm"
+split_layout = "cubic"
+crack_velocity = "1 mm/s"
+corrosion_index = 50
+grading_index_max_diameter = "0.3 mm"
+grading_index_min_diameter = "20 um"
+fractal_dimension = 2.5
+[[program]]
+stage = "oedometric"
+until = { axial_stress = "1 MPa" }
+[[program]]
+stage = "creep"
+duration = "10 min"
+axial_stress = "2 MPa"
+[numerics]
+fidelity = "paper"
+minimum_cycles = 4000
+time_step_safety = 0.5
+breakages_per_ageing = 3
+settle_tolerance = 0.01
+unbalanced_tolerance = 1e-3
+local_damping = 0.6
+inertia_scaling = "fragments"
+failure_check_interval = 10
+loading_velocity = "50 mm/s"
+skin = "3 um"
+[output]
+snapshots = "per decade of age"
+)");
+  EXPECT_EQ(experiment.name, "all keys");
+  const SpecimenSpec& specimen = experiment.specimen;
+  EXPECT_FALSE(specimen.particles);
+  EXPECT_EQ(specimen.side, 4e-3);
+  const std::vector<GradingPoint>& points = std::get<GradingPoints>(specimen.grading).points;
+  ASSERT_EQ(points.size(), 3U);
+  EXPECT_EQ(points[1].diameter, 0.2e-3);
+  EXPECT_EQ(points[1].passing, 0.4);
+  EXPECT_EQ(specimen.void_ratio, 0.7);
+  EXPECT_EQ(specimen.isotropic_stress, 50e3);
+  EXPECT_EQ(specimen.seed, 9U);
+  const Material& material = experiment.material;
+  EXPECT_EQ(material.preset, "fontainebleau-ne34-literal");
+  EXPECT_EQ(material.shear_modulus, 30e9);
+  EXPECT_EQ(material.poisson_ratio, 0.2);
+  EXPECT_EQ(material.friction, 0.3);
+  EXPECT_EQ(material.density, 2600.0);
+  EXPECT_EQ(material.roughness, 0.0);
+  EXPECT_EQ(material.roughness_n1, 0.06);
+  EXPECT_EQ(material.roughness_n2, 6.0);
+  EXPECT_EQ(material.wall_stiffness_factor, 2.0);
+  EXPECT_EQ(material.limit_stress, 4e9);
+  EXPECT_EQ(material.reference_diameter, 1.5e-3);
+  EXPECT_EQ(material.size_exponent, 1.0 / 12.0);  // from the preset
+  EXPECT_EQ(material.strength_variation, 0.4);
+  EXPECT_EQ(material.strength_floor, 0.1);
+  EXPECT_EQ(material.comminution_limit, 0.1e-3);
+  EXPECT_EQ(material.split_layout, SplitLayout::kCubic);
+  EXPECT_EQ(material.crack_velocity, 1e-3);
+  EXPECT_EQ(material.corrosion_index, 50.0);
+  EXPECT_EQ(material.grading_index_max_diameter, 0.3e-3);
+  EXPECT_EQ(material.grading_index_min_diameter, 20e-6);
+  EXPECT_EQ(material.fractal_dimension, 2.5);
+  ASSERT_EQ(experiment.program.size(), 2U);
+  EXPECT_EQ(std::get<CreepStage>(experiment.program[1]).duration, 600.0);
+  EXPECT_EQ(std::get<CreepStage>(experiment.program[1]).axial_stress, 2e6);
+  const Numerics& numerics = experiment.numerics;
+  EXPECT_EQ(numerics.minimum_cycles, 4000);
+  EXPECT_EQ(numerics.time_step_safety, 0.5);
+  EXPECT_EQ(numerics.breakages_per_ageing, 3);
+  EXPECT_EQ(numerics.settle_tolerance, 0.01);
+  EXPECT_EQ(numerics.unbalanced_tolerance, 1e-3);
+  EXPECT_EQ(numerics.local_damping, 0.6);
+  EXPECT_EQ(numerics.inertia_scaling, InertiaScaling::kFragments);
+  EXPECT_EQ(numerics.failure_check_interval, 10);
+  EXPECT_EQ(numerics.loading_velocity, 50e-3);
+  EXPECT_EQ(numerics.skin, 3e-6);
+  EXPECT_TRUE(experiment.output.snapshots_per_decade);
+}
+
+TEST(Experiment, a_key_of_the_material_overrides_the_preset_wherever_it_stands) {
+  const Experiment experiment = parsed(
+      std::string(kLeast) + "[material]\nsize_exponent = 0.2\npreset = \"fontainebleau-ne34-literal\"\n");
+  EXPECT_EQ(experiment.material.size_exponent, 0.2);
+}
+
+TEST(Experiment, few_particles_bring_a_warning_and_no_error) {
+  const ParseResult result = parse_experiment(
+      "[specimen]\nparticles = 300\n[[program]]\nstage = \"oedometric\"\nuntil = { axial_stress = \"1 MPa\" "
+      "}\n");
+  EXPECT_TRUE(result.experiment);
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_EQ(result.warnings[0].line, 2);
+  EXPECT_EQ(result.warnings[0].column, 13);
+}
+
+TEST(Experiment, a_grading_file_is_found_in_every_way_to_write_it) {
+  for (const std::string text :
+       {"[specimen]\ngrading = { file = \"psd.csv\" }\n", "[specimen.grading]\nfile = 'psd.csv'\n",
+        "specimen.grading.file = \"psd.csv\" # caf\u00E9\n",
+        "name = \"caf\u00E9\"\nspecimen = { seed = 1, grading = { file = \"psd.csv\" } }"}) {
+    const auto file = find_grading_file(text);
+    ASSERT_TRUE(file) << text;
+    EXPECT_EQ(file->path, "psd.csv");
+    EXPECT_EQ(text.substr(file->key_begin, file->key_end - file->key_begin), "file");
+    const std::string value = text.substr(file->value_begin, file->value_end - file->value_begin);
+    EXPECT_EQ(value.substr(1, value.size() - 2), "psd.csv");
+  }
+  EXPECT_FALSE(find_grading_file(kLeast));
+  EXPECT_FALSE(find_grading_file("[specimen"));
+}
+
+TEST(ExperimentHash, every_field_that_can_change_a_result_changes_it) {
+  Experiment base = parsed(std::string(kLeast));
+  base.program.push_back(CreepStage{.duration = 60.0, .axial_stress = {}});
+  using Change = std::function<void(Experiment&)>;
+  const std::vector<Change> changes = {
+      [](Experiment& e) { e.specimen.particles = 3001; },
+      [](Experiment& e) { e.specimen.particles.reset(), e.specimen.side = 4e-3; },
+      [](Experiment& e) { std::get<LognormalGrading>(e.specimen.grading).median_diameter *= 2; },
+      [](Experiment& e) { std::get<LognormalGrading>(e.specimen.grading).log_standard_deviation *= 2; },
+      [](Experiment& e) { std::get<LognormalGrading>(e.specimen.grading).min_diameter *= 2; },
+      [](Experiment& e) { std::get<LognormalGrading>(e.specimen.grading).max_diameter *= 2; },
+      [](Experiment& e) {
+        e.specimen.grading = GradingPoints{{{1e-4, 0.0}, {4e-4, 1.0}}};
+      },
+      [](Experiment& e) {
+        e.specimen.grading = GradingPoints{{{1e-4, 0.0}, {2e-4, 0.5}, {4e-4, 1.0}}};
+      },
+      [](Experiment& e) { e.specimen.void_ratio = 0.66; },
+      [](Experiment& e) { e.specimen.isotropic_stress = 101e3; },
+      [](Experiment& e) { e.specimen.seed = 2; },
+      [](Experiment& e) { e.material.shear_modulus *= 2; },
+      [](Experiment& e) { e.material.poisson_ratio *= 2; },
+      [](Experiment& e) { e.material.friction *= 2; },
+      [](Experiment& e) { e.material.density *= 2; },
+      [](Experiment& e) { e.material.roughness *= 2; },
+      [](Experiment& e) { e.material.roughness_n1 *= 2; },
+      [](Experiment& e) { e.material.roughness_n2 *= 2; },
+      [](Experiment& e) { e.material.wall_stiffness_factor *= 2; },
+      [](Experiment& e) { e.material.limit_stress *= 2; },
+      [](Experiment& e) { e.material.reference_diameter *= 2; },
+      [](Experiment& e) { e.material.size_exponent *= 2; },
+      [](Experiment& e) { e.material.strength_variation *= 2; },
+      [](Experiment& e) { e.material.strength_floor *= 2; },
+      [](Experiment& e) { e.material.comminution_limit *= 2; },
+      [](Experiment& e) { e.material.split_layout = SplitLayout::kCubic; },
+      [](Experiment& e) { e.material.crack_velocity *= 2; },
+      [](Experiment& e) { e.material.corrosion_index *= 2; },
+      [](Experiment& e) { e.material.grading_index_max_diameter *= 2; },
+      [](Experiment& e) { e.material.grading_index_min_diameter *= 2; },
+      [](Experiment& e) { e.material.fractal_dimension = 2.5; },
+      [](Experiment& e) { std::get<OedometricStage>(e.program[0]).axial_stress *= 2; },
+      [](Experiment& e) { std::get<CreepStage>(e.program[1]).duration *= 2; },
+      [](Experiment& e) { std::get<CreepStage>(e.program[1]).axial_stress = 30e6; },
+      [](Experiment& e) { e.program.pop_back(); },
+      [](Experiment& e) { e.program.push_back(CreepStage{.duration = 60.0, .axial_stress = {}}); },
+      [](Experiment& e) { e.numerics.minimum_cycles = 1; },
+      [](Experiment& e) { e.numerics.time_step_safety *= 2; },
+      [](Experiment& e) { e.numerics.breakages_per_ageing = 8; },
+      [](Experiment& e) { e.numerics.settle_tolerance *= 2; },
+      [](Experiment& e) { e.numerics.unbalanced_tolerance *= 2; },
+      [](Experiment& e) { e.numerics.local_damping *= 2; },
+      [](Experiment& e) { e.numerics.inertia_scaling = InertiaScaling::kAll; },
+      [](Experiment& e) { e.numerics.failure_check_interval = 2; },
+      [](Experiment& e) { e.numerics.loading_velocity *= 2; },
+  };
+  std::set<std::string> hashes = {experiment_hash(base)};
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    Experiment changed = base;
+    changes[i](changed);
+    EXPECT_TRUE(hashes.insert(experiment_hash(changed)).second) << "change " << i;
+  }
+  EXPECT_EQ(hashes.begin()->size(), 64U);
+}
+
+TEST(ExperimentHash, labels_skin_and_output_do_not_count) {
+  const Experiment base = parsed(std::string(kLeast));
+  Experiment changed = base;
+  changed.name = "another name";
+  changed.material.preset = "another word for the same values";
+  changed.numerics.skin = 5e-6;
+  changed.output.snapshots_per_decade = true;
+  EXPECT_EQ(experiment_hash(changed), experiment_hash(base));
+}
+
+}  // namespace
+}  // namespace creep
