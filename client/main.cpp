@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/commands/init.h"
+#include "client/commands/run.h"
 #include "client/commands/validate.h"
 #include "client/commands/version.h"
 #include "client/exit_codes.h"
@@ -40,6 +41,7 @@ int main(int argument_count, char** arguments) {
 
   int exit_code = creepctl::kOk;
   creepctl::add_init(app, exit_code);
+  creepctl::add_run(app, exit_code);
   creepctl::add_validate(app, exit_code);
   creepctl::add_version(app, exit_code);
 

@@ -6,6 +6,7 @@
 #include <sys/signalfd.h>
 
 #include <cerrno>
+#include <cstring>
 
 #include "server/worker/durable_file.h"
 
@@ -16,6 +17,8 @@ absl::StatusOr<StopRequest> StopRequest::listen(std::optional<int> parent_pipe) 
   ::sigemptyset(&asked);
   ::sigaddset(&asked, SIGTERM);
   ::sigaddset(&asked, SIGINT);
+  struct sigaction hangup {};
+  if (::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN) ::sigaddset(&asked, SIGHUP);
   if (::pthread_sigmask(SIG_BLOCK, &asked, nullptr) != 0) return errno_status("block signals", errno);
   FileDescriptor signals(::signalfd(-1, &asked, SFD_NONBLOCK | SFD_CLOEXEC));
   if (!signals.open()) return errno_status("signalfd", errno);
@@ -29,7 +32,7 @@ std::optional<std::string> StopRequest::poll() {
   if (request_) return request_;
   signalfd_siginfo signal{};
   if (::read(signals_.get(), &signal, sizeof signal) == sizeof signal) {
-    request_ = signal.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT";
+    request_ = "SIG" + std::string(::sigabbrev_np(static_cast<int>(signal.ssi_signo)));
   } else if (parent_.open()) {
     char byte = 0;
     const ssize_t got = ::read(parent_.get(), &byte, 1);

@@ -1,4 +1,5 @@
-// "Checkpoint and end": SIGTERM, SIGINT, or the end of the pipe from the process that started this one.
+// "Checkpoint and end": SIGTERM, SIGINT, SIGHUP unless it is ignored (nohup), or the end of the pipe from the
+// process that started this one.
 #pragma once
 
 #include <optional>
@@ -11,12 +12,12 @@ namespace creepd {
 
 class StopRequest {
  public:
-  /// Blocks both signals from now on, also in threads made later, so that they are seen only here. Make it
+  /// Blocks the signals from now on, also in threads made later, so that they are seen only here. Make it
   /// before any thread. `parent_pipe` is the reading end, if there is one. Error: of the system, or a bad
   /// descriptor.
   static absl::StatusOr<StopRequest> listen(std::optional<int> parent_pipe);
 
-  /// Who asked, once someone has: "SIGTERM", "SIGINT", "end of the parent's pipe". Never waits.
+  /// Who asked, once someone has: "SIGTERM", "SIGINT", "SIGHUP", "end of the parent's pipe". Never waits.
   std::optional<std::string> poll();
 
  private:

@@ -130,7 +130,10 @@ class Attempt {
       if (request || batch->stage_ended || seconds_since(last_checkpoint_) > options_.checkpoint_interval) {
         if (auto saved = checkpoint(); !saved.ok()) return saved;
       }
-      if (request) return Ending{kCheckpointed, "checkpointed", absl::StrCat("stopped by ", *request), ""};
+      if (request) {
+        if (auto told = output_.progress.write(state("checkpointed")); !told.ok()) return told;
+        return Ending{kCheckpointed, "checkpointed", absl::StrCat("stopped by ", *request), ""};
+      }
       if (!output_.progress.due()) continue;
       if (auto told = output_.progress.offer(state("running")); !told.ok()) return told;
     }

@@ -1,0 +1,291 @@
+#include "client/commands/run.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "client/exit_codes.h"
+#include "client/job_file.h"
+#include "client/run_folder.h"
+#include "client/run_progress.h"
+#include "client/terminal.h"
+#include "client/worker_process.h"
+
+namespace creepctl {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using nlohmann::ordered_json;
+
+struct Options {
+  std::string job;
+  std::string out;
+  int threads = 1;
+  bool allow_inexact = false;
+  std::int64_t rebuild_every = 0;
+  bool json = false;
+};
+
+void complain(const std::string& message) {
+  std::fprintf(stderr, "%s %s\n", red("creepctl:", stderr).c_str(), message.c_str());
+}
+
+bool terminal_draws_unicode() {
+  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
+    const char* value = std::getenv(name);
+    if (value == nullptr || *value == '\0') continue;
+    return std::strstr(value, "UTF-8") != nullptr || std::strstr(value, "utf8") != nullptr;
+  }
+  return false;
+}
+
+int terminal_width(std::FILE* stream) {
+  winsize size{};
+  if (::ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  return 80;
+}
+
+/// The progress of one run on one stream: a line that is drawn over on a terminal, whole lines elsewhere.
+class Display {
+ public:
+  Display(std::FILE* stream, const creep::Experiment& experiment, std::filesystem::path progress_file)
+      : stream_(stream),
+        experiment_(experiment),
+        progress_file_(std::move(progress_file)),
+        live_(::isatty(fileno(stream)) == 1),
+        unicode_(terminal_draws_unicode()) {}
+
+  void refresh(bool at_the_end) {
+    const auto progress = parse_run_progress(read_text(progress_file_));
+    if (!progress) return;
+    warn(progress->warnings);
+    const bool stage_began =
+        progress->stage_index != shown_stage_ || progress->dynamic_stage != shown_dynamic_stage_;
+    if (live_) {
+      const int width = terminal_width(stream_) - 1;  // the last column would wrap
+      std::fprintf(stream_, "\r\033[K%s", live_line(*progress, experiment_, width, unicode_).c_str());
+    } else if (at_the_end || stage_began || Clock::now() - shown_ >= std::chrono::seconds(5)) {
+      const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+      std::fprintf(stream_, "[%.0f s] %s\n", elapsed, plain_line(*progress, experiment_).c_str());
+      shown_ = Clock::now();
+    }
+    shown_stage_ = progress->stage_index;
+    shown_dynamic_stage_ = progress->dynamic_stage;
+    if (live_ && at_the_end) std::fputc('\n', stream_);
+    std::fflush(stream_);
+  }
+
+  void clear() {
+    if (live_) std::fputs("\r\033[K", stream_);
+    std::fflush(stream_);
+  }
+
+ private:
+  void warn(const std::vector<std::string>& warnings) {
+    for (; warnings_shown_ < warnings.size(); ++warnings_shown_) {
+      clear();
+      std::fprintf(stderr, "%s %s\n", yellow("warning:", stderr).c_str(), warnings[warnings_shown_].c_str());
+    }
+  }
+
+  std::FILE* stream_;
+  const creep::Experiment& experiment_;
+  std::filesystem::path progress_file_;
+  bool live_;
+  bool unicode_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point shown_{};
+  std::int64_t shown_stage_ = -2;  // none
+  std::int64_t shown_dynamic_stage_ = -1;
+  std::size_t warnings_shown_ = 0;
+};
+
+/// 74 and 75 are passed on; the other codes are translated to those of creepctl.
+int exit_code_of(const WorkerEnd& end) {
+  if (end.signal != 0) return kFailed;
+  switch (end.exit_code) {
+    case 0:
+      return kOk;
+    case 65:
+      return kInvalidInput;
+    case kIoError:
+    case kRunAgain:
+      return end.exit_code;
+    default:
+      return kFailed;
+  }
+}
+
+ordered_json read_json(const std::filesystem::path& path) {
+  ordered_json value = ordered_json::parse(read_text(path), nullptr, false);
+  return value.is_object() ? value : ordered_json::object();
+}
+
+std::string word(const ordered_json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+void print_summary(const std::filesystem::path& folder) {
+  const ordered_json summary = read_json(folder / "summary.json");
+  std::printf("%s\n", word(summary, "reason").c_str());
+  const auto figures = summary.find("figures");
+  if (figures != summary.end() && figures->is_object()) {
+    for (const auto& [name, value] : figures->items()) {
+      if (value.is_number()) std::printf("  %-36s %.6g\n", name.c_str(), value.get<double>());
+    }
+  }
+  const auto seconds = summary.find("wall_seconds");
+  const auto speed = summary.find("particle_steps_per_second");
+  if (seconds != summary.end() && seconds->is_number() && speed != summary.end() && speed->is_number()) {
+    std::printf("  %-36s %s\n", "wall time", short_duration(seconds->get<double>()).c_str());
+    std::printf("  %-36s %.2e\n", "particle-steps/s", speed->get<double>());
+  }
+  std::printf("  %-36s %s\n", "state_digest", word(summary, "state_digest").c_str());
+  std::printf("Results in %s: samples.csv, stages.csv, breakages.csv, gsd.csv, summary.json\n",
+              folder.c_str());
+  std::printf("Next: creepctl report %s\n", folder.c_str());
+}
+
+/// What went wrong, in words, from what the worker left.
+void explain(const WorkerEnd& end, const std::filesystem::path& folder) {
+  const ordered_json verdict = read_json(folder / "verdict.json");
+  if (end.signal == 0 && end.exit_code == kRunAgain) {
+    complain("stopped with a checkpoint; the same command continues from there");
+    return;
+  }
+  // A verdict that could not be written (full disk) may be missing: then the log has the words.
+  const auto code = verdict.find("exit_code");
+  if (end.signal == 0 && code != verdict.end() && *code == end.exit_code) {
+    complain(word(verdict, "reason"));
+    if (const std::string advice = word(verdict, "advice"); !advice.empty()) complain(advice);
+    return;
+  }
+  if (end.signal != 0) {
+    complain(std::string("creep-worker was killed by signal ") + std::to_string(end.signal) + " (" +
+             ::strsignal(end.signal) + "); the same command continues from the newest checkpoint");
+  } else {
+    complain("creep-worker ended with exit code " + std::to_string(end.exit_code));
+  }
+  const std::string tail = last_lines(read_text(folder / "worker.log"), 5);
+  if (!tail.empty())
+    std::fprintf(stderr, "The end of %s:\n%s", (folder / "worker.log").c_str(), tail.c_str());
+}
+
+void print_json(int exit_code, const std::filesystem::path& folder, bool computed) {
+  const ordered_json value = {{"exit_code", exit_code},
+                              {"computed", computed},
+                              {"directory", folder.string()},
+                              {"verdict", read_json(folder / "verdict.json")},
+                              {"summary", read_json(folder / "summary.json")}};
+  std::printf("%s\n", value.dump(2, ' ', false, ordered_json::error_handler_t::replace).c_str());
+}
+
+/// A worker whose `run` was killed checkpoints and ends by itself, which takes a moment.
+bool wait_for_orphan(const std::filesystem::path& folder) {
+  for (int i = 0; i < 100 && is_worker_at(folder); ++i) {
+    if (i == 0) std::fprintf(stderr, "waiting for the worker that is still in %s\n", folder.c_str());
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return !is_worker_at(folder);
+}
+
+int compute(const Options& options, const creep::Experiment& experiment) {
+  const std::filesystem::path folder = options.out;
+  if (!wait_for_orphan(folder)) {
+    complain(folder.string() + " is in use by another run");
+    return kFailed;
+  }
+  std::error_code ignored;  // progress of an earlier attempt, which is not to be shown
+  std::filesystem::remove(folder / "progress.json", ignored);
+  std::vector<std::string> arguments = {folder.string(), "--threads", std::to_string(options.threads)};
+  if (options.allow_inexact) arguments.push_back("--allow-inexact");
+  if (options.rebuild_every > 0) {
+    arguments.push_back("--rebuild-every");
+    arguments.push_back(std::to_string(options.rebuild_every));
+  }
+  auto worker = WorkerProcess::start(arguments, folder / "worker.log");
+  if (!worker.ok()) {
+    complain(std::string(worker.status().message()));
+    return kFailed;
+  }
+  Display display(options.json ? stderr : stdout, experiment, folder / "progress.json");
+  std::optional<WorkerEnd> end;
+  while (!(end = worker->wait(std::chrono::milliseconds(250)))) display.refresh(false);
+  display.refresh(true);
+  const int exit_code = exit_code_of(*end);
+  if (exit_code != kOk) explain(*end, folder);
+  if (options.json) {
+    print_json(exit_code, folder, true);
+  } else if (exit_code == kOk) {
+    print_summary(folder);
+  }
+  return exit_code;
+}
+
+int run(const Options& options) {
+  const JobFile job = read_job_file(options.job);
+  print_diagnostics(job);
+  if (!job.experiment) return kInvalidInput;
+  const auto state = look_at_run_folder(options.out, job.text, options.job);
+  if (!state.ok()) {
+    complain(std::string(state.status().message()));
+    return absl::IsFailedPrecondition(state.status()) ? kInvalidInput : kIoError;
+  }
+  if (*state == RunFolderState::kFinished) {
+    if (options.json) {
+      print_json(kOk, options.out, false);
+    } else {
+      std::printf("%s is finished already, nothing to do: ", options.out.c_str());
+      print_summary(options.out);
+    }
+    return kOk;
+  }
+  if (*state == RunFolderState::kNew) {
+    if (auto begun = begin_run_folder(options.out, job.text); !begun.ok()) {
+      complain(std::string(begun.message()));
+      return kIoError;
+    }
+  } else {
+    std::fprintf(stderr, "continuing the run in %s\n", options.out.c_str());
+  }
+  return compute(options, *job.experiment);
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("run", "Runs a job in a directory, or continues it there");
+  auto options = std::make_shared<Options>();
+  options->threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  command->add_option("JOB", options->job, "The job file")->required();
+  command->add_option("--out", options->out, "The directory of the run")->required();
+  command->add_option("--threads", options->threads, "Threads; never changes a result")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  command->add_flag("--allow-inexact", options->allow_inexact,
+                    "Continue although this machine computes other bits; is recorded in the results");
+  command->add_option("--rebuild-every", options->rebuild_every, "Search neighbours every so many cycles")
+      ->check(CLI::NonNegativeNumber)
+      ->group("");
+  command->add_flag("--json", options->json, "Print the result as JSON on stdout, progress on stderr");
+  command->footer(
+      "A directory with an unfinished run of the same job file is continued; a finished one is left as it "
+      "is.\n"
+      "Ctrl-C checkpoints and stops.\n"
+      "Exit code 0: done, also if the specimen failed by creep; 1: the run failed; 5: wrong input;\n"
+      "74: input or output failed, e.g. the disk is full; 75: stopped with a checkpoint, run again.\n\n"
+      "Example:\n  creepctl run client/examples/oedometer_creep.toml --out creep-2d --threads 2");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace creepctl
