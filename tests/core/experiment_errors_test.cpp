@@ -77,6 +77,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BadInput{"unit_without_quotes", 8, "until = { axial_stress = 21.7 MPa }", 8, 31,
                              "not valid TOML"},
                     BadInput{"unit_without_quotes_on_a_line", 11, "duration = 2 d", 11, 14, "in quotes"},
+                    BadInput{"table_name_begins_badly", 12, "[?]", 12, 2, "not valid TOML"},
                     BadInput{"a_key_twice", 3, "particles = 3000", 3, 13, "redefine"},
                     BadInput{"huge_integer", 2, "particles = 99999999999999999999", 2, 33, "64 bits"}),
     [](const auto& info) { return info.param.name; });
