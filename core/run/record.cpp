@@ -56,7 +56,8 @@ constexpr Column kStageColumns[] = {
     {"creep_time_end_s", "s", "creep_time when it ended"},
     {"age_s", "s", "Laboratory time passed off-DEM"},
     {"dynamic_time_s", "s", "Physical dynamic time at its end"},
-    {"suspended_time_s", "s", "Dynamic time of this stage in which crack growth was suspended (inertia scaled)"},
+    {"suspended_time_s", "s",
+     "Dynamic time of this stage in which crack growth was suspended (inertia scaled)"},
     {"axial_strain_end", "1", "At its end"},
     {"void_ratio_end", "1", "At its end"},
     {"axial_stress_end_Pa", "Pa", "At its end"},
@@ -88,7 +89,8 @@ constexpr Column kBreakageColumns[] = {
 };
 
 constexpr Column kGradingColumns[] = {
-    {"curve", "1", "Number of the curve, from 0: 0 the initial specimen, then one at each end of a dynamic stage"},
+    {"curve", "1",
+     "Number of the curve, from 0: 0 the initial specimen, then one at each end of a dynamic stage"},
     {"creep_time_s", "s", "creep_time; 0 before a hold"},
     {"diameter_m", "m", "Particle diameter"},
     {"passing", "1", "Mass fraction finer, fines included"},
@@ -101,7 +103,8 @@ void put(std::string& out, std::uint64_t value, int bytes) {
 std::uint64_t get(std::string_view in, int bytes) {
   std::uint64_t value = 0;
   for (int i = 0; i < bytes; ++i) {
-    value |= static_cast<std::uint64_t>(static_cast<unsigned char>(in[static_cast<std::size_t>(i)])) << (8 * i);
+    value |= static_cast<std::uint64_t>(static_cast<unsigned char>(in[static_cast<std::size_t>(i)]))
+             << (8 * i);
   }
   return value;
 }
@@ -112,10 +115,14 @@ constexpr std::size_t kHead = 1 + 8 + 4;
 
 std::span<const Column> columns(RecordKind kind) {
   switch (kind) {
-    case RecordKind::kSample: return kSampleColumns;
-    case RecordKind::kStage: return kStageColumns;
-    case RecordKind::kBreakage: return kBreakageColumns;
-    case RecordKind::kGrading: return kGradingColumns;
+    case RecordKind::kSample:
+      return kSampleColumns;
+    case RecordKind::kStage:
+      return kStageColumns;
+    case RecordKind::kBreakage:
+      return kBreakageColumns;
+    case RecordKind::kGrading:
+      return kGradingColumns;
   }
   return {};
 }
@@ -131,10 +138,14 @@ std::size_t column_index(RecordKind kind, std::string_view name) {
 
 std::string_view phase_name(Phase phase) {
   switch (phase) {
-    case Phase::kPacking: return "packing";
-    case Phase::kLoading: return "loading";
-    case Phase::kDynamicStage: return "dynamic stage";
-    case Phase::kAgeing: return "ageing";
+    case Phase::kPacking:
+      return "packing";
+    case Phase::kLoading:
+      return "loading";
+    case Phase::kDynamicStage:
+      return "dynamic stage";
+    case Phase::kAgeing:
+      return "ageing";
   }
   return "";
 }
@@ -158,7 +169,8 @@ absl::StatusOr<Record> decode(std::string_view bytes) {
   record.sequence = get(bytes.substr(1), 8);
   const std::uint64_t count = get(bytes.substr(9), 4);
   if (count != expected.size() || bytes.size() != kHead + 8 * count) {
-    return absl::DataLossError(absl::StrCat("record with ", count, " values where ", expected.size(), " belong"));
+    return absl::DataLossError(
+        absl::StrCat("record with ", count, " values where ", expected.size(), " belong"));
   }
   record.values.resize(count);
   for (std::size_t i = 0; i < count; ++i) {

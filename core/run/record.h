@@ -1,8 +1,8 @@
 // Rows that leave a run: the one manifest of every table a job writes.
 //
-// A record is a row of doubles whose columns, units and meanings are given once, here. Everything that writes,
-// stores, streams or plots a table asks columns(kind); nothing else knows the names. Counts are exact (< 2^53).
-// Rows are part of the determinism contract: a resumed run repeats them byte for byte.
+// A record is a row of doubles whose columns, units and meanings are given once, here. Everything that
+// writes, stores, streams or plots a table asks columns(kind); nothing else knows the names. Counts are exact
+// (< 2^53). Rows are part of the determinism contract: a resumed run repeats them byte for byte.
 #pragma once
 
 #include <cstdint>
@@ -50,7 +50,8 @@ std::string_view phase_name(Phase phase);
 /// Values of the breakage column `cause`.
 enum class BreakageCause : std::uint8_t { kImmediate = 0, kCrackInDynamicStage = 1, kCrackInAgeing = 2 };
 
-/// Little-endian: kind (1 byte), sequence (8), count (4), doubles. decode() checks every length before allocating.
+/// Little-endian: kind (1 byte), sequence (8), count (4), doubles. decode() checks every length before
+/// allocating.
 std::string encode(const Record& record);
 absl::StatusOr<Record> decode(std::string_view bytes);
 

@@ -1,7 +1,8 @@
 // The plot: a cursor over the program of one experiment.
 //
 //   packing -> for each stage: loading (until the stress is reached)
-//                              or hold = dynamic stage, then { ageing: age, break; dynamic stage } until the end
+//                              or hold = dynamic stage, then { ageing: age, break; dynamic stage } until the
+//                              end
 //
 // A pull machine: advance() computes up to a budget of cycles and returns what came out. It never calls out,
 // prints, opens a file or reads a clock. One thread owns a Run; its kernels use `threads` of their own.
@@ -23,8 +24,8 @@ namespace creep {
 /// What may differ between two attempts at the same experiment without changing a bit of its state.
 struct RunOptions {
   int threads = 1;
-  std::string instruction_set;     ///< "", "portable", "avx2", "avx512": "" takes the widest the processor has
-  bool allow_inexact = false;      ///< resume although arithmetic_id differs
+  std::string instruction_set;  ///< "", "portable", "avx2", "avx512": "" takes the widest the processor has
+  bool allow_inexact = false;   ///< resume although arithmetic_id differs
   std::int64_t rebuild_every = 0;  ///< force a neighbour search every so many cycles (tests); 0 = when due
 };
 
@@ -38,22 +39,22 @@ struct Outcome {
 
 /// Where the run is, for a progress line.
 struct Progress {
-  std::string stage;             ///< "packing", "oedometric", "creep"
+  std::string stage;  ///< "packing", "oedometric", "creep"
   Phase phase = Phase::kPacking;
   std::int64_t stage_index = 0;  ///< in the program; -1 while packing
   std::int64_t stage_count = 0;
   std::int64_t dynamic_stage = 0;
   std::int64_t particles = 0;
-  double stage_fraction = 0.0;   ///< of the present stage done [0, 1], a rough guess
+  double stage_fraction = 0.0;  ///< of the present stage done [0, 1], a rough guess
 };
 
 /// What one advance() brought forth.
 struct Batch {
-  std::vector<Record> records;   ///< in sequence
-  std::int64_t cycles = 0;       ///< computed now
-  double particle_steps = 0.0;   ///< cycles x particles computed now
-  std::int64_t rebuilds = 0;     ///< neighbour searches now (depends on skin and schedule, not on the physics)
-  bool stage_ended = false;      ///< packing, a program stage or a dynamic stage ended: a checkpoint is due
+  std::vector<Record> records;  ///< in sequence
+  std::int64_t cycles = 0;      ///< computed now
+  double particle_steps = 0.0;  ///< cycles x particles computed now
+  std::int64_t rebuilds = 0;    ///< neighbour searches now (depends on skin and schedule, not on the physics)
+  bool stage_ended = false;     ///< packing, a program stage or a dynamic stage ended: a checkpoint is due
   std::optional<Outcome> outcome;  ///< set once, at the end
 };
 
@@ -72,13 +73,13 @@ struct CheckpointInfo {
   std::uint64_t next_sequence = 0;  ///< of the first record not yet made
   std::string stage;
   std::int64_t particles = 0;
-  std::int64_t cycle = 0;           ///< since the start of the run
-  double age = 0.0;                 ///< [s]
-  double dynamic_time = 0.0;        ///< [s]
-  double creep_time = 0.0;          ///< [s]
+  std::int64_t cycle = 0;     ///< since the start of the run
+  double age = 0.0;           ///< [s]
+  double dynamic_time = 0.0;  ///< [s]
+  double creep_time = 0.0;    ///< [s]
   double axial_strain = 0.0;
   std::int64_t broken_total = 0;
-  bool inexact = false;             ///< an attempt was resumed with other arithmetic
+  bool inexact = false;  ///< an attempt was resumed with other arithmetic
 };
 
 class Run {
@@ -105,7 +106,7 @@ class Run {
   Progress progress() const;
   std::vector<SummaryFigure> summary() const;
   std::uint64_t next_sequence() const;
-  bool inexact() const;  ///< was ever resumed with other arithmetic
+  bool inexact() const;                       ///< was ever resumed with other arithmetic
   std::vector<std::string> warnings() const;  ///< e.g. target void ratio not reached
 
  private:

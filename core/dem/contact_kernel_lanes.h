@@ -1,0 +1,163 @@
+// The contact kernel, several contacts at a time: contact_kernel_scalar.cpp operation by operation. (kernel)
+//
+// Read the scalar twin first; names are the same. Lanes that do not touch compute with overlap 0 and are
+// masked.
+#pragma once
+
+#include <numbers>
+
+#include "core/dem/kernels.h"
+#include "core/dem/lanes.h"
+
+namespace creep::CREEP_KERNEL_NAMESPACE {
+
+struct Lanes3 {
+  Vec x, y, z;
+};
+
+inline Vec dot(const Lanes3& a, const Lanes3& b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
+inline Lanes3 scaled(const Lanes3& a, Vec s) { return {a.x * s, a.y * s, a.z * s}; }
+/// s a + b, fused.
+inline Lanes3 fma3(Vec s, const Lanes3& a, const Lanes3& b) {
+  return {fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
+}
+
+template <bool kRough>
+inline void evaluate(const LawView& law, Vec overlap, Vec& g, Vec& slope) {
+  if constexpr (kRough) {
+    const Vec scale = all(law.inverse_delta_T1);
+    const Mask below_hertz = greater(all(law.delta_T2), overlap);
+    const Vec u = keep(below_hertz, overlap * scale);              // Hertz lanes read cell 0
+    const Mask in_cells = greater(u, all(0x1.fffffffffffffp-21));  // u >= 2^-20
+    const Vec index = from_bits(shift_right<45>(bits(u)) - all_int(law.before_first_cell));
+    const Int cell = bits(keep(in_cells, index));
+    const Vec base = keep(in_cells, from_bits(bits(u) & all_int(~((std::int64_t{1} << 45) - 1))));
+    Vec c[4];
+    load_quads(law.cells, cell, c);
+    const Vec x = u - base;
+    const Vec p2 = fma(c[3], x, c[2]);
+    const Vec p1 = fma(p2, x, c[1]);
+    g = fma(p1, x, c[0]);
+    slope = fma(fma(c[3], x, p2), x, p1) * scale;
+    if (count(below_hertz) != kLanes) {
+      const Vec depth = overlap - all(law.hertz_offset);
+      const Vec root = sqrt(max(depth, all(0.0)));
+      g = select(below_hertz, g, (all(4.0 / 3.0) * depth) * root);
+      slope = select(below_hertz, slope, all(2.0) * root);
+    }
+  } else {
+    const Vec root = sqrt(overlap);
+    g = (all(4.0 / 3.0) * overlap) * root;
+    slope = all(2.0) * root;
+  }
+}
+
+/// Rounded to integers by the exponent trick; lanes outside the mask count nothing.
+inline Int to_quanta(Mask mask, Vec value, double scale) {
+  const Vec clamped = min(max(value * all(scale), all(-quanta::kLimit)), all(quanta::kLimit));
+  return bits(keep(mask, clamped) + all(quanta::kMagic)) - bits(all(quanta::kMagic));
+}
+
+template <bool kRough, bool kMeasure, bool kCheck>
+void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, ContactSums& sums) {
+  const Vec zero = all(0.0);
+  Int tangential_work = all_int(0), friction = all_int(0), force_sum = all_int(0), overlap_sum = all_int(0);
+  Vec largest_ratio = zero;
+  bool breaking = false;
+  for (std::size_t c = begin; c < end; c += kLanes) {
+    Vec a[8], b[8];
+    load_bodies(phase.body, phase.first + c, a);
+    load_bodies(phase.body, phase.second + c, b);
+    const Lanes3 d{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const Vec distance = sqrt(dot(d, d));
+    const Vec reach = a[3] + b[3];
+    const Vec gap_overlap = reach - distance;
+    Mask touching = greater(gap_overlap, zero);
+    if (c + kLanes > end) touching = both(touching, first_lanes(static_cast<int>(end - c)));
+    if (!any(touching)) {
+      store(phase.shear_x + c, zero);
+      store(phase.shear_y + c, zero);
+      store(phase.shear_z + c, zero);
+      store_forces(phase.force + c, zero, zero, zero, zero);
+      if constexpr (kMeasure) store(phase.stress + c, zero);
+      continue;
+    }
+    const Vec overlap = keep(touching, gap_overlap);
+    const Lanes3 n = scaled(d, all(1.0) / distance);
+    Vec g, slope;
+    evaluate<kRough>(phase.law, overlap, g, slope);
+    const Vec root_radius = load(phase.root_radius + c);
+    const Vec prefactor = all(phase.modulus) * root_radius;
+    const Vec fn = prefactor * g;
+    const Vec kn = prefactor * slope;
+    const Vec kt = all(phase.tangential_ratio) * kn;
+
+    const Vec drift = all(phase.drift);
+    const Lanes3 u{(b[4] - a[4]) * drift, (b[5] - a[5]) * drift, (b[6] - a[6]) * drift};
+    const Lanes3 s = fma3(zero - dot(u, n), n, u);
+    const Lanes3 old{load(phase.shear_x + c), load(phase.shear_y + c), load(phase.shear_z + c)};
+    const Lanes3 trial = fma3(kt, s, fma3(zero - dot(old, n), n, old));
+    const Vec squared = dot(trial, trial);
+    const Vec cap = all(phase.friction) * fn;
+    Lanes3 t = trial;
+    const Mask sliding = both(touching, greater(squared, cap * cap));
+    if (any(sliding)) {
+      const Vec magnitude = sqrt(squared);
+      const Vec scale = cap / magnitude;
+      t = {select(sliding, trial.x * scale, trial.x), select(sliding, trial.y * scale, trial.y),
+           select(sliding, trial.z * scale, trial.z)};
+      friction = friction + to_quanta(sliding, (magnitude - cap) * cap / kt, 0x1p70);
+    }
+    const Lanes3 mean{old.x + t.x, old.y + t.y, old.z + t.z};
+    tangential_work = tangential_work + to_quanta(touching, all(0.5) * dot(mean, s), 0x1p70);
+    store(phase.shear_x + c, keep(touching, t.x));
+    store(phase.shear_y + c, keep(touching, t.y));
+    store(phase.shear_z + c, keep(touching, t.z));
+    const Lanes3 f = fma3(zero - fn, n, t);
+    store_forces(phase.force + c, keep(touching, f.x), keep(touching, f.y), keep(touching, f.z),
+                 keep(touching, kn));
+
+    const Vec area = root_radius * root_radius * overlap;
+    if constexpr (kCheck) {
+      breaking = breaking || any(both(touching, greater(fn, min(a[7], b[7]) * area)));
+    }
+    if constexpr (kMeasure) {
+      store(phase.stress + c, keep(touching, fn / (all(std::numbers::pi) * area)));
+      force_sum = force_sum + to_quanta(touching, sqrt(dot(f, f)), 0x1p40);
+      overlap_sum = overlap_sum + to_quanta(touching, overlap, 0x1p60);
+      sums.touching += count(touching);
+      largest_ratio = max(largest_ratio, keep(touching, overlap / min(a[3], b[3])));
+    }
+  }
+  sums.tangential_work += sum(tangential_work);
+  sums.friction += sum(friction);
+  sums.breaking = sums.breaking || breaking;
+  if constexpr (kMeasure) {
+    sums.force += sum(force_sum);
+    sums.overlap += sum(overlap_sum);
+    alignas(64) double ratio[kLanes];
+    store(ratio, largest_ratio);
+    for (const double r : ratio)
+      sums.largest_overlap_ratio = r > sums.largest_overlap_ratio ? r : sums.largest_overlap_ratio;
+  }
+}
+
+template <bool kRough>
+void contacts_with_law(const ContactPhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
+                       ContactSums& sums) {
+  if (kind.measure) {
+    kind.check ? contacts_of<kRough, true, true>(phase, begin, end, sums)
+               : contacts_of<kRough, true, false>(phase, begin, end, sums);
+  } else {
+    kind.check ? contacts_of<kRough, false, true>(phase, begin, end, sums)
+               : contacts_of<kRough, false, false>(phase, begin, end, sums);
+  }
+}
+
+inline void contacts(const ContactPhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
+                     ContactSums& sums) {
+  phase.law.cells == nullptr ? contacts_with_law<false>(phase, kind, begin, end, sums)
+                             : contacts_with_law<true>(phase, kind, begin, end, sums);
+}
+
+}  // namespace creep::CREEP_KERNEL_NAMESPACE

@@ -1,0 +1,66 @@
+// Neighbour search: which pairs may touch before anything has moved by half a skin. (kernel)
+//
+// One grid a size class (diameters within a factor of two), so that fragments ten times smaller than the rest
+// cost no more than their number. Each pair is found once, by its finer member. The result does not depend on
+// threads, and no result of a run depends on the list: pairs that do not touch contribute nothing.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/dem/specimen.h"
+#include "core/dem/team.h"
+
+namespace creep {
+
+class ContactSearch {
+ public:
+  /// @param skin  gap up to which a pair is listed [m].
+  explicit ContactSearch(double skin) : skin_(skin) {}
+
+  /// Makes specimen.contacts anew and carries the shear forces over.
+  ///
+  /// @param new_index  where each particle of the old list went, -1 if it broke; nullptr if none did.
+  /// Fragments
+  ///                   stand behind all survivors, so the map rises.
+  void search(Specimen& specimen, Team& team, const std::vector<std::int32_t>* new_index);
+
+  double skin() const { return skin_; }
+  std::int64_t searches() const { return searches_; }
+
+ private:
+  struct Pair {
+    std::int32_t first, second;
+  };
+  struct Entry {
+    double x, y, z, radius;
+    std::int32_t index;
+  };
+  struct Level {
+    double cell = 0.0;               // edge [m]
+    double max_radius = 0.0;         // [m]
+    std::array<int, 3> cells{};      // a side
+    std::array<double, 3> origin{};  // [m]
+    std::vector<std::int32_t> members;
+    std::vector<std::int32_t> begin;  // of each cell in entries, x fastest
+    std::vector<Entry> entries;
+  };
+
+  void sort_into_levels(const Specimen& specimen);
+  void fill_level(Level& level, const Specimen& specimen);
+  void find_pairs(const Body& body, std::int32_t index, std::size_t own_level,
+                  std::vector<Pair>& found) const;
+  void lay_rows(Specimen& specimen, Team& team);
+  void carry_shear(Contacts& contacts, Team& team, const std::vector<std::int32_t>* new_index);
+
+  double skin_;
+  std::int64_t searches_ = 0;
+  std::vector<Level> levels_;
+  std::vector<std::uint8_t> level_of_;
+  std::vector<std::vector<Pair>> found_;  // a thread each
+  // The list before this search, for the shear forces.
+  std::vector<std::int32_t> old_begin_, old_second_;
+  AlignedVector<double> old_x_, old_y_, old_z_;
+};
+
+}  // namespace creep

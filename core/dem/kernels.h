@@ -1,0 +1,115 @@
+// The two kernels of a cycle and their compiled variants. (kernel)
+//
+//   contacts:  positions, velocities, shear history -> force of every contact          (one slot each)
+//   particles: wall contacts + slots in ascending neighbour id -> resultant -> kick, drift
+//
+// There is one set of kernels an instruction set; "portable" is the plain scalar twin that tests hold the
+// others against. All sets compute the same bits. Sums over particles or contacts come back as integers of
+// fixed quanta (specimen.h), so the share a thread computes does not matter.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/dem/body.h"
+
+namespace creep {
+
+/// What kernels read of a LawTable (physics/contact_law.h, where the canonical evaluation stands).
+struct LawView {
+  const double* cells = nullptr;  ///< 4 coefficients a cell; nullptr: smooth Hertz
+  double inverse_delta_T1 = 0.0;  ///< [1/m]
+  double delta_T2 = 0.0;          ///< [m]
+  double hertz_offset = 0.0;      ///< [m]
+  std::int64_t before_first_cell = 0;
+};
+
+/// Input and output of the contact kernel; pointers as in Contacts, arrays padded to 8.
+struct ContactPhase {
+  const Body* body = nullptr;
+  const std::int32_t* first = nullptr;
+  const std::int32_t* second = nullptr;
+  const double* root_radius = nullptr;
+  double* shear_x = nullptr;
+  double* shear_y = nullptr;
+  double* shear_z = nullptr;
+  ContactForce* force = nullptr;
+  double* stress = nullptr;
+  std::size_t count = 0;  ///< without padding
+  LawView law;
+  double modulus = 0.0;           ///< E' [Pa]
+  double tangential_ratio = 0.0;  ///< kt/kn [-]
+  double friction = 0.0;          ///< mu [-]
+  double drift = 0.0;             ///< step between the last positions and these [s]
+};
+
+struct ContactSums {
+  std::int64_t tangential_work = 0;    ///< in 2^kEnergyQuantum J
+  std::int64_t friction = 0;           ///< in 2^kEnergyQuantum J
+  std::int64_t force = 0;              ///< of magnitudes, in 2^kForceQuantum N; measuring cycles only
+  std::int64_t overlap = 0;            ///< in 2^kLengthQuantum m; measuring cycles only
+  std::int64_t touching = 0;           ///< contacts; measuring cycles only
+  double largest_overlap_ratio = 0.0;  ///< overlap over the smaller radius; measuring cycles only
+  bool breaking = false;               ///< some contact stress exceeds a limit; checking cycles only
+};
+
+struct ParticlePhase {
+  Body* body = nullptr;
+  const ContactForce* force = nullptr;
+  const double* stress = nullptr;
+  const std::int32_t* own_begin = nullptr;
+  const std::int32_t* lower_begin = nullptr;
+  const std::int32_t* lower_contact = nullptr;
+  const std::uint8_t* near_walls = nullptr;
+  const double (*reference)[3] = nullptr;
+  const double* inertial_mass = nullptr;
+  double* mobilised_stress = nullptr;
+  double* breaking =
+      nullptr;  ///< set to sigma_mob/sigma_lim > 1 where a particle breaks at a wall; checking cycles
+  double wall_position[6] = {};
+  LawView law;
+  double wall_modulus = 0.0;     ///< E' at walls [Pa]
+  double local_damping = 0.0;    ///< alpha [-]
+  double kick = 0.0;             ///< step of the velocity [s]
+  double drift = 0.0;            ///< step of the position [s]
+  double floor_stiffness = 0.0;  ///< stiffness over sqrt(radius) of a particle without contact [N/m^1.5]
+};
+
+struct ParticleSums {
+  std::int64_t wall_force[6] = {};            ///< in 2^kForceQuantum N
+  std::int64_t wall_stiffness[6] = {};        ///< in 2^kStiffnessQuantum N/m
+  std::int64_t damping = 0;                   ///< work, in 2^kEnergyQuantum J
+  double largest_displacement_squared = 0.0;  ///< since the search [m2]
+  std::int64_t resultant = 0;                 ///< of magnitudes, in 2^kForceQuantum N; measuring cycles only
+  std::int64_t with_contacts = 0;             ///< particles; measuring cycles only
+  double largest_stiffness_over_mass = 0.0;   ///< [1/s2]; measuring cycles only
+  bool finite = true;                         ///< measuring cycles only
+  bool breaking = false;                      ///< some particle breaks at a wall; checking cycles only
+};
+
+/// What a cycle does beyond moving; each combination is compiled on its own.
+struct CycleKind {
+  bool measure = false;  ///< contact stresses, sums of forces, stiffness over mass
+  bool check = false;    ///< immediate failure
+  bool move = true;      ///< false: forces only
+};
+
+struct Kernels {
+  const char* name;
+  void (*contacts)(const ContactPhase&, CycleKind, std::size_t begin, std::size_t end, ContactSums&);
+  void (*particles)(const ParticlePhase&, CycleKind, std::size_t begin, std::size_t end, ParticleSums&);
+};
+
+const Kernels& portable_kernels();
+/// nullptr where the program was built without them or the processor lacks them.
+const Kernels* avx2_kernels();
+const Kernels* avx512_kernels();
+
+/// x / 2^exponent rounded to an integer, the same in every instruction set. |x| is clamped to 2^50 quanta;
+/// the guards of a run stop it long before.
+namespace quanta {
+inline constexpr double kMagic = 0x1.8p52;
+inline constexpr double kLimit = 0x1p50;
+}  // namespace quanta
+
+}  // namespace creep

@@ -1,0 +1,11 @@
+// The kernels compiled for AVX512.                                                                (kernel)
+#define CREEP_KERNEL_NAMESPACE avx512
+#include "core/dem/contact_kernel_lanes.h"
+#include "core/dem/particle_kernel.h"
+
+namespace creep::avx512 {
+
+extern const Kernels kKernels;
+const Kernels kKernels{"avx512", &contacts, &particles};
+
+}  // namespace creep::avx512

@@ -1,0 +1,194 @@
+// The particle kernel: wall contacts, resultant, local damping, kick and drift of each particle. (kernel)
+//
+// Plain scalar code that every kernel source includes and compiles for its own instruction set. It fuses
+// nothing but the law's polynomial, so it gives the same bits in each. The resultant is summed in ascending
+// neighbour id: walls, then neighbours of lower id (they own the contact, so the force is subtracted), then
+// those of higher id.
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/dem/kernels.h"
+
+namespace creep::CREEP_KERNEL_NAMESPACE {
+
+namespace particle {
+
+inline void evaluate(const LawView& law, double overlap, double& g, double& slope) {
+  if (law.cells == nullptr || overlap >= law.delta_T2) {
+    const double depth = overlap - law.hertz_offset;
+    const double root = __builtin_sqrt(depth);
+    g = ((4.0 / 3.0) * depth) * root;
+    slope = 2.0 * root;
+    return;
+  }
+  const double u = overlap * law.inverse_delta_T1;
+  const auto bits = std::bit_cast<std::uint64_t>(u);
+  std::int64_t cell = static_cast<std::int64_t>(bits >> 45) - law.before_first_cell;
+  double base = std::bit_cast<double>(bits & ~((std::uint64_t{1} << 45) - 1));
+  if (u < 0x1p-20) {
+    cell = 0;
+    base = 0.0;
+  }
+  const double* c = law.cells + 4 * cell;
+  const double x = u - base;
+  const double p2 = __builtin_fma(c[3], x, c[2]);
+  const double p1 = __builtin_fma(p2, x, c[1]);
+  g = __builtin_fma(p1, x, c[0]);
+  slope = __builtin_fma(__builtin_fma(c[3], x, p2), x, p1) * law.inverse_delta_T1;
+}
+
+inline std::int64_t to_quanta(double value, double scale) {
+  double clamped = value * scale;
+  clamped = clamped > -quanta::kLimit ? clamped : -quanta::kLimit;
+  clamped = clamped < quanta::kLimit ? clamped : quanta::kLimit;
+  return std::bit_cast<std::int64_t>(clamped + quanta::kMagic) - std::bit_cast<std::int64_t>(quanta::kMagic);
+}
+
+struct WallLoad {
+  double force[3] = {0.0, 0.0, 0.0};
+  double stiffness = 0.0;
+  double stress = 0.0;    // largest F/(pi R delta)
+  double breaking = 0.0;  // largest stress ratio above 1, else 0
+};
+
+/// Contacts of one particle with the walls near it, r' = R.
+inline WallLoad wall_contacts(const ParticlePhase& phase, const Body& body, unsigned near, CycleKind kind,
+                              ParticleSums& sums) {
+  WallLoad load;
+  const double centre[3] = {body.x, body.y, body.z};
+  const double prefactor = phase.wall_modulus * __builtin_sqrt(body.radius);
+  for (unsigned wall = 0; wall < 6; ++wall) {
+    if ((near >> wall & 1u) == 0) continue;
+    const unsigned axis = wall / 2;
+    const bool high = (wall & 1u) != 0;
+    const double gap =
+        high ? phase.wall_position[wall] - centre[axis] : centre[axis] - phase.wall_position[wall];
+    const double overlap = body.radius - gap;
+    if (!(overlap > 0.0)) continue;
+    double g, slope;
+    evaluate(phase.law, overlap, g, slope);
+    const double force = prefactor * g, stiffness = prefactor * slope;
+    load.force[axis] += high ? -force : force;
+    load.stiffness += stiffness;
+    sums.wall_force[wall] += to_quanta(force, 0x1p40);
+    sums.wall_stiffness[wall] += to_quanta(stiffness, 0x1p20);
+    const double area = body.radius * overlap;
+    if (kind.check && force > body.breaking_stress * area) {
+      const double ratio = force / (body.breaking_stress * area);
+      load.breaking = ratio > load.breaking ? ratio : load.breaking;
+    }
+    if (kind.measure) {
+      const double stress = force / (std::numbers::pi * area);
+      load.stress = stress > load.stress ? stress : load.stress;
+    }
+  }
+  return load;
+}
+
+inline double sign(double value) {
+  return static_cast<double>(static_cast<int>(value > 0.0) - static_cast<int>(value < 0.0));
+}
+
+/// Moves one component; returns the work of local damping [J].
+inline double move(double force, double alpha, double kick_over_mass, double kick, double drift,
+                   double& velocity, double& position) {
+  const double damping = alpha * __builtin_fabs(force) * sign(velocity);
+  const double before = velocity;
+  velocity = before + (force - damping) * kick_over_mass;
+  position = position + velocity * drift;
+  return damping * (0.5 * (before + velocity)) * kick;
+}
+
+}  // namespace particle
+
+template <bool kMeasure, bool kMove>
+void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
+                  ParticleSums& sums) {
+  using namespace particle;
+  double farthest = sums.largest_displacement_squared;
+  double stiffest = sums.largest_stiffness_over_mass;
+  for (std::size_t i = begin; i < end; ++i) {
+    Body body = phase.body[i];
+    double x = 0.0, y = 0.0, z = 0.0, wall_stiffness = 0.0, stress = 0.0;
+    if (const unsigned near = phase.near_walls[i]; near != 0) {
+      const WallLoad load = wall_contacts(phase, body, near, kind, sums);
+      x = load.force[0];
+      y = load.force[1];
+      z = load.force[2];
+      wall_stiffness = load.stiffness;
+      stress = load.stress;
+      if (load.breaking > 0.0) {
+        sums.breaking = true;
+        phase.breaking[i] = load.breaking;
+      }
+    }
+    double lower_stiffness = 0.0, own_stiffness = 0.0;
+    const std::int32_t lower_end = phase.lower_begin[i + 1];
+    for (std::int32_t k = phase.lower_begin[i]; k < lower_end; ++k) {
+      const std::int32_t c = phase.lower_contact[k];
+      const ContactForce& f = phase.force[c];
+      x -= f.x;
+      y -= f.y;
+      z -= f.z;
+      if constexpr (kMeasure) {
+        lower_stiffness += f.stiffness;
+        stress = phase.stress[c] > stress ? phase.stress[c] : stress;
+      }
+    }
+    const std::int32_t own_end = phase.own_begin[i + 1];
+    for (std::int32_t c = phase.own_begin[i]; c < own_end; ++c) {
+      const ContactForce& f = phase.force[c];
+      x += f.x;
+      y += f.y;
+      z += f.z;
+      if constexpr (kMeasure) {
+        own_stiffness += f.stiffness;
+        stress = phase.stress[c] > stress ? phase.stress[c] : stress;
+      }
+    }
+    const double mass = phase.inertial_mass[i];
+    if constexpr (kMeasure) {
+      const double stiffness = wall_stiffness + (lower_stiffness + own_stiffness);
+      phase.mobilised_stress[i] = stress;
+      if (stiffness > 0.0) {
+        ++sums.with_contacts;
+        sums.resultant += to_quanta(__builtin_sqrt(x * x + y * y + z * z), 0x1p40);
+      }
+      const double floor = phase.floor_stiffness * __builtin_sqrt(body.radius);
+      const double ratio = (stiffness > floor ? stiffness : floor) / mass;
+      stiffest = ratio > stiffest ? ratio : stiffest;
+      const double all_of_it = x + y + z + body.x + body.y + body.z + body.vx + body.vy + body.vz;
+      if (!(all_of_it - all_of_it == 0.0)) sums.finite = false;
+    }
+    if constexpr (kMove) {
+      const double kick_over_mass = phase.kick / mass;
+      const double work =
+          move(x, phase.local_damping, kick_over_mass, phase.kick, phase.drift, body.vx, body.x) +
+          move(y, phase.local_damping, kick_over_mass, phase.kick, phase.drift, body.vy, body.y) +
+          move(z, phase.local_damping, kick_over_mass, phase.kick, phase.drift, body.vz, body.z);
+      sums.damping += to_quanta(work, 0x1p70);
+      phase.body[i] = body;
+      const double ex = body.x - phase.reference[i][0], ey = body.y - phase.reference[i][1],
+                   ez = body.z - phase.reference[i][2];
+      const double squared = ex * ex + ey * ey + ez * ez;
+      farthest = squared > farthest ? squared : farthest;
+    }
+  }
+  sums.largest_displacement_squared = farthest;
+  sums.largest_stiffness_over_mass = stiffest;
+}
+
+inline void particles(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
+                      ParticleSums& sums) {
+  if (kind.measure) {
+    kind.move ? particles_of<true, true>(phase, kind, begin, end, sums)
+              : particles_of<true, false>(phase, kind, begin, end, sums);
+  } else {
+    kind.move ? particles_of<false, true>(phase, kind, begin, end, sums)
+              : particles_of<false, false>(phase, kind, begin, end, sums);
+  }
+}
+
+}  // namespace creep::CREEP_KERNEL_NAMESPACE

@@ -1,0 +1,210 @@
+#include "core/run/samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/arithmetic/elementary.h"
+#include "core/dem/measures.h"
+#include "core/physics/grading.h"
+#include "core/run/ageing.h"
+
+namespace creep {
+namespace {
+
+double as_double(std::int64_t count) { return static_cast<double>(count); }
+
+/// Axial strain rate x d50 x sqrt(density / p).
+double inertial_number(const Specimen& specimen, const Experiment& experiment) {
+  const Walls& walls = specimen.walls;
+  const double rate = std::fabs(walls.velocity[4] - walls.velocity[5]) / walls.length(2);
+  const double p = (walls.stress(0) + walls.stress(1) + walls.stress(2)) / 3.0;
+  if (!(p > 0.0)) return 0.0;
+  return rate * median_diameter(experiment.specimen.grading) * std::sqrt(experiment.material.density / p);
+}
+
+struct EnergyBalance {
+  double normal, tangential, friction, damping, kinetic, removed, residual, unexplained;
+};
+
+EnergyBalance energy_balance(const Specimen& specimen, const ContactModel& model) {
+  const EnergyLedger& ledger = specimen.energy;
+  const ElasticEnergy elastic = elastic_energy(specimen, model);
+  EnergyBalance balance{};
+  balance.normal = elastic.normal;
+  balance.tangential = elastic.tangential;
+  balance.friction = ledger.friction.value();
+  balance.damping = ledger.damping.value();
+  balance.kinetic = kinetic_energy(specimen);
+  balance.removed = ledger.removed_normal + ledger.removed_tangential + ledger.removed_kinetic;
+  const double stored_tangential = elastic.tangential - ledger.initial_tangential;
+  balance.residual =
+      ledger.tangential_work.value() - balance.friction - stored_tangential - ledger.removed_tangential;
+  balance.unexplained = ledger.wall_work - (elastic.normal + balance.kinetic - ledger.initial_stored) -
+                        (stored_tangential + balance.friction + balance.residual) - balance.damping -
+                        balance.removed;
+  return balance;
+}
+
+/// Diameters at which grading curves are given: equal steps of ln d from d_min past the coarsest grain.
+std::vector<double> curve_diameters(const Experiment& experiment) {
+  constexpr int kPoints = 81;
+  const double low = elementary::log(experiment.material.grading_index_min_diameter);
+  const double high = elementary::log(1.05 * coarsest_diameter(experiment.specimen.grading));
+  std::vector<double> diameters(kPoints);
+  for (int k = 0; k < kPoints; ++k) {
+    diameters[static_cast<std::size_t>(k)] = elementary::exp(low + (high - low) * k / (kPoints - 1));
+  }
+  return diameters;
+}
+
+double mass_unexplained(const Specimen& specimen) {
+  return (particle_mass(specimen) + fines_mass(specimen)) / specimen.initial_mass - 1.0;
+}
+
+}  // namespace
+
+double creep_time(const RunState& state) {
+  const bool in_hold = state.cursor.act == Cursor::Act::kDynamicStage ||
+                       state.cursor.act == Cursor::Act::kAgeing ||
+                       (state.cursor.act == Cursor::Act::kDone && state.cursor.dynamic_stages > 0);
+  return in_hold ? state.specimen.clocks.creep_time() : 0.0;
+}
+
+std::vector<double> sample_values(const RunState& state, const Experiment& experiment,
+                                  const ContactModel& model, Phase phase) {
+  const Specimen& s = state.specimen;
+  const bool packing = phase == Phase::kPacking;
+  const VoidRatio e = void_ratio(s, experiment.material.density);
+  const ContactStress love_weber = contact_stress(s, model);
+  const Coordination z = coordination(s, model);
+  const EnergyBalance energy = energy_balance(s, model);
+  return {as_double(state.cursor.stage),
+          as_double(static_cast<std::int64_t>(phase)),
+          as_double(state.cursor.dynamic_stage),
+          as_double(s.cycle),
+          s.clocks.age,
+          s.clocks.dynamic_time,
+          creep_time(state),
+          axial_strain(s),
+          volumetric_strain(s),
+          s.walls.stress(2),
+          0.5 * (s.walls.stress(0) + s.walls.stress(1)),
+          love_weber.axial,
+          love_weber.radial,
+          e.with_fines,
+          e.of_particles,
+          grading_index(s, experiment.material),
+          as_double(s.broken_total),
+          as_double(static_cast<std::int64_t>(s.particles.size())),
+          z.all,
+          z.without_rattlers,
+          s.unbalanced_force_ratio,
+          inertial_number(s, experiment),
+          s.time_step,
+          s.friction,
+          s.energy.wall_work,
+          energy.normal,
+          energy.tangential,
+          energy.friction,
+          energy.damping,
+          energy.kinetic,
+          energy.removed,
+          packing ? 0.0 : energy.residual,
+          packing ? 0.0 : energy.unexplained,
+          mass_unexplained(s)};
+}
+
+std::vector<double> stage_values(const RunState& state, const Experiment& experiment, bool settled) {
+  const Specimen& s = state.specimen;
+  const Cursor& cursor = state.cursor;
+  const bool loading = cursor.act == Cursor::Act::kLoading;
+  return {loading ? -1.0 : as_double(cursor.dynamic_stage),
+          as_double(cursor.stage),
+          as_double(cursor.stage_cycle),
+          cursor.creep_time_start,
+          creep_time(state),
+          s.clocks.age,
+          s.clocks.dynamic_time,
+          s.clocks.suspended_time - cursor.suspended_start,
+          axial_strain(s),
+          void_ratio(s, experiment.material.density).with_fines,
+          s.walls.stress(2),
+          grading_index(s, experiment.material),
+          loading ? 0.0 : cursor.ripple,
+          as_double(cursor.broken_at_start),
+          as_double(s.broken_total - cursor.broken_before),
+          s.unbalanced_force_ratio,
+          s.time_step,
+          as_double(static_cast<std::int64_t>(s.particles.size())),
+          settled ? 1.0 : 0.0};
+}
+
+std::vector<double> breakage_values(const RunState& state, const Failure& failure) {
+  const Specimen& s = state.specimen;
+  const auto i = static_cast<std::size_t>(failure.index);
+  const Body& body = s.particles.body[i];
+  return {static_cast<double>(s.particles.id[i]),
+          as_double(static_cast<std::int64_t>(failure.cause)),
+          as_double(state.cursor.dynamic_stage),
+          as_double(s.cycle),
+          s.clocks.age,
+          s.clocks.dynamic_time,
+          creep_time(state),
+          2.0 * body.radius,
+          static_cast<double>(s.particles.generation[i]),
+          body.x,
+          body.y,
+          body.z,
+          failure.stress_ratio,
+          s.particles.crack[i] / body.radius};
+}
+
+std::vector<std::vector<double>> grading_values(const RunState& state, const Experiment& experiment) {
+  const std::vector<double> diameters = curve_diameters(experiment);
+  const std::vector<double> finer = passing(state.specimen, experiment.material, diameters);
+  std::vector<std::vector<double>> rows;
+  for (std::size_t k = 0; k < diameters.size(); ++k) {
+    rows.push_back({as_double(state.cursor.curves), creep_time(state), diameters[k], finer[k]});
+  }
+  return rows;
+}
+
+std::vector<SummaryFigure> summary_figures(const RunState& state, const Experiment& experiment,
+                                           const ContactModel& model) {
+  const Specimen& s = state.specimen;
+  const Cursor& cursor = state.cursor;
+  const VoidRatio e = void_ratio(s, experiment.material.density);
+  const EnergyBalance energy = energy_balance(s, model);
+  return {
+      {"void_ratio_target", experiment.specimen.void_ratio},
+      {"void_ratio_reached", cursor.void_ratio_reached},
+      {"generation_friction", state.packing.generation_friction},
+      {"side_m", s.initial_height},
+      {"initial_particles", as_double(cursor.initial_count)},
+      {"void_ratio_before_creep", cursor.void_ratio_loaded},
+      {"void_ratio", e.with_fines},
+      {"void_ratio_particles", e.of_particles},
+      {"axial_stress_Pa", s.walls.stress(2)},
+      {"radial_stress_Pa", 0.5 * (s.walls.stress(0) + s.walls.stress(1))},
+      {"axial_strain", axial_strain(s)},
+      {"axial_creep_strain", cursor.dynamic_stages > 0 ? axial_strain(s) - cursor.strain_loaded : 0.0},
+      {"creep_time_s", creep_time(state)},
+      {"age_s", s.clocks.age},
+      {"dynamic_time_s", s.clocks.dynamic_time},
+      {"suspended_time_s", s.clocks.suspended_time},
+      {"dynamic_stages", as_double(cursor.dynamic_stages)},
+      {"ageing_jumps", as_double(cursor.ageing_jumps)},
+      {"breakages_per_ageing", as_double(breakages_per_ageing(experiment.numerics, cursor.initial_count))},
+      {"largest_ripple", cursor.largest_ripple},
+      {"grading_index_initial", cursor.initial_grading_index},
+      {"grading_index", grading_index(s, experiment.material)},
+      {"broken_before_creep", as_double(cursor.broken_loaded)},
+      {"broken_total", as_double(s.broken_total)},
+      {"particles", as_double(static_cast<std::int64_t>(s.particles.size()))},
+      {"cycles", as_double(s.cycle)},
+      {"wall_work_J", s.energy.wall_work},
+      {"energy_unexplained_J", energy.unexplained},
+      {"mass_unexplained", mass_unexplained(s)}};
+}
+
+}  // namespace creep

@@ -1,0 +1,63 @@
+// The state of a run: the specimen and the cursor over the program. All of it is in a checkpoint.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/dem/packing.h"
+#include "core/dem/specimen.h"
+#include "core/experiment/experiment.h"
+#include "core/run/run.h"
+
+namespace creep {
+
+/// Where in the program a run stands, and what its records and summary need of the past.
+struct Cursor {
+  enum class Act : std::uint8_t { kPacking, kLoading, kDynamicStage, kAgeing, kDone };
+  Act act = Act::kPacking;
+  std::int64_t stage = -1;           ///< place in the program
+  std::int64_t dynamic_stage = 0;    ///< number in the present hold, from 0
+  bool closing = false;              ///< the present dynamic stage is the last of its hold
+  double target = 0.0;               ///< axial stress of the present stage [Pa]
+  std::int64_t stage_cycle = 0;      ///< cycles of the present loading or dynamic stage
+  std::int64_t quiet_since = 0;      ///< stage_cycle from which stress is on target without a failure
+  double ripple = 0.0;               ///< of the present dynamic stage
+  double creep_time_start = 0.0;     ///< of the present dynamic stage [s]
+  double suspended_start = 0.0;      ///< suspended_time when it began [s]
+  std::int64_t broken_at_start = 0;  ///< by the jump that opened it
+  std::int64_t broken_before = 0;    ///< broken_total when it began, the jump's included
+  std::int64_t curves = 0;           ///< grading curves recorded
+  std::int64_t initial_count = 0;    ///< particles at the end of packing
+  std::int64_t ageing_jumps = 0;     ///< in the present hold
+  std::int64_t dynamic_stages = 0;   ///< finished in the present hold
+  double void_ratio_reached = 0.0;   ///< at the end of packing
+  double void_ratio_loaded = 0.0;    ///< at the end of the last loading stage
+  double strain_loaded = 0.0;        ///< axial strain when the present hold began
+  double initial_grading_index = 0.0;
+  double largest_ripple = 0.0;     ///< of the present hold, its initial dynamic stage left out
+  std::int64_t broken_loaded = 0;  ///< broken_total when the present hold began
+};
+
+struct RunState {
+  Specimen specimen;
+  PackingState packing;
+  Cursor cursor;
+  std::uint64_t next_sequence = 0;
+  bool inexact = false;
+};
+
+/// SHA-256 of the id-ordered physical state.
+std::string digest_of(const RunState& state);
+
+/// Bytes of a checkpoint: magic, version, then named sections, each with its length and checksum.
+///
+/// To change the format: raise kCheckpointVersion, keep reading the old one or refuse it by name, and keep an
+/// old file among the tests.
+inline constexpr std::uint32_t kCheckpointVersion = 1;
+std::string write_checkpoint(const RunState& state, const CheckpointInfo& info);
+
+/// Errors: DataLoss for anything that is not a whole, undamaged checkpoint of this version.
+absl::StatusOr<RunState> read_checkpoint(std::string_view bytes);
+
+}  // namespace creep
