@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "client/commands/init.h"
+#include "client/commands/plot.h"
+#include "client/commands/report.h"
 #include "client/commands/run.h"
 #include "client/commands/validate.h"
 #include "client/commands/version.h"
@@ -41,6 +43,8 @@ int main(int argument_count, char** arguments) {
 
   int exit_code = creepctl::kOk;
   creepctl::add_init(app, exit_code);
+  creepctl::add_plot(app, exit_code);
+  creepctl::add_report(app, exit_code);
   creepctl::add_run(app, exit_code);
   creepctl::add_validate(app, exit_code);
   creepctl::add_version(app, exit_code);

@@ -1,0 +1,87 @@
+#include "client/commands/plot.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "client/exit_codes.h"
+#include "client/result_charts.h"
+
+namespace creepctl {
+namespace {
+
+struct PlotOptions {
+  std::string directory;
+  std::string out;
+  std::string format = "both";
+};
+
+int fail(const absl::Status& status, int exit_code) {
+  std::fprintf(stderr, "error: %s\n", std::string(status.message()).c_str());
+  return exit_code;
+}
+
+absl::Status write_file(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) return absl::UnavailableError(absl::StrCat("cannot write ", path.string()));
+  std::printf("%s\n", path.c_str());
+  return absl::OkStatus();
+}
+
+absl::Status write_chart(const std::filesystem::path& out, const std::string& format,
+                         const NamedChart& named) {
+  if (format != "png") {
+    const auto written = write_file(out / (named.file_stem + ".svg"), draw_svg(named.chart, ""));
+    if (!written.ok()) return written;
+  }
+  if (format == "svg") return absl::OkStatus();
+  const auto png = draw_png(named.chart);
+  if (!png.ok()) return png.status();
+  return write_file(out / (named.file_stem + ".png"), *png);
+}
+
+int plot(const PlotOptions& options) {
+  const auto results = read_job_results(options.directory);
+  if (!results.ok()) return fail(results.status(), kInvalidInput);
+  const auto charts = result_charts(*results, last_hold(*results));
+  if (charts.empty()) {
+    std::fprintf(stderr, "nothing to plot yet: the specimen in %s is not packed\n",
+                 options.directory.c_str());
+    return kOk;
+  }
+  const std::filesystem::path out =
+      options.out.empty() ? results->directory / "plots" : std::filesystem::path(options.out);
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  if (error) {
+    return fail(absl::UnavailableError(absl::StrCat("cannot make ", out.string(), ": ", error.message())),
+                kIoError);
+  }
+  for (const NamedChart& chart : charts) {
+    const auto written = write_chart(out, options.format, chart);
+    if (!written.ok()) return fail(written, kIoError);
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void add_plot(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("plot", "Draws the charts of a job, finished or not");
+  auto options = std::make_shared<PlotOptions>();
+  command->add_option("DIR", options->directory, "Job directory (the --out of run)")->required();
+  command->add_option("--out", options->out, "Folder for the pictures (default: DIR/plots)");
+  command->add_option("--format", options->format, "svg, png or both")
+      ->check(CLI::IsMember({"svg", "png", "both"}));
+  command->footer(
+      "Prints the files it wrote. Charts without data are left out.\n\nExample:\n  creepctl plot creep-run "
+      "--format png");
+  command->callback([options, &exit_code] { exit_code = plot(*options); });
+}
+
+}  // namespace creepctl
