@@ -20,6 +20,13 @@ struct alignas(32) ContactForce {
   double x, y, z, stiffness;
 };
 
+/// Where a particle stood when the contact list was made, and how far it may go before the list must be made
+/// anew.
+struct alignas(32) ListReference {
+  double x, y, z;        ///< [m]
+  double reach_squared;  ///< [m2]
+};
+
 /// Quanta of the order-free sums: fine enough that rounding stays below 1e-15 of any total of a run.
 inline constexpr int kEnergyQuantum = -70;     ///< exponent of 2 [J]
 inline constexpr int kForceQuantum = -40;      ///< exponent of 2 [N]

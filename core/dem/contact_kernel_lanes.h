@@ -29,9 +29,9 @@ inline void evaluate(const LawView& law, Vec overlap, Vec& g, Vec& slope) {
     const Mask below_hertz = greater(all(law.delta_T2), overlap);
     const Vec u = keep(below_hertz, overlap * scale);              // Hertz lanes read cell 0
     const Mask in_cells = greater(u, all(0x1.fffffffffffffp-21));  // u >= 2^-20
-    const Vec index = from_bits(shift_right<45>(bits(u)) - all_int(law.before_first_cell));
+    const Vec index = from_bits(shift_right(bits(u), law.cell_shift) - all_int(law.before_first_cell));
     const Int cell = bits(keep(in_cells, index));
-    const Vec base = keep(in_cells, from_bits(bits(u) & all_int(~((std::int64_t{1} << 45) - 1))));
+    const Vec base = keep(in_cells, from_bits(bits(u) & all_int(law.base_mask)));
     Vec c[4];
     load_quads(law.cells, cell, c);
     const Vec x = u - base;

@@ -25,8 +25,8 @@ void evaluate(const LawView& law, double overlap, double& g, double& slope) {
   }
   const double u = overlap * law.inverse_delta_T1;
   const std::uint64_t bits = std::bit_cast<std::uint64_t>(u);
-  std::int64_t cell = static_cast<std::int64_t>(bits >> 45) - law.before_first_cell;
-  double base = std::bit_cast<double>(bits & ~((std::uint64_t{1} << 45) - 1));
+  std::int64_t cell = static_cast<std::int64_t>(bits >> law.cell_shift) - law.before_first_cell;
+  double base = std::bit_cast<double>(bits & static_cast<std::uint64_t>(law.base_mask));
   if (u < LawTable::kFirstBorder) {
     cell = 0;
     base = 0.0;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/arithmetic/check.h"
-
 namespace creep {
 
 ContactModel::ContactModel(const Material& material)
@@ -14,9 +12,7 @@ ContactModel::ContactModel(const Material& material)
       wall_modulus(material.reduced_modulus() * material.wall_stiffness_factor),
       tangential_ratio(material.tangential_ratio()),
       // A tenth of the roughness, or for smooth grains a force far below any that matters.
-      least_overlap(std::max(0.1 * material.roughness, 1e-9)) {
-  CREEP_CHECK(table.cell_shift() == 45, "kernels are written for 128 cells an octave");
-}
+      least_overlap(std::max(0.1 * material.roughness, 1e-9)) {}
 
 LawView ContactModel::view() const {
   LawView view;
@@ -25,6 +21,8 @@ LawView ContactModel::view() const {
   view.delta_T2 = table.delta_T2();
   view.hertz_offset = table.hertz_offset();
   view.before_first_cell = table.before_first_cell();
+  view.cell_shift = table.cell_shift();
+  view.base_mask = static_cast<std::int64_t>(table.base_mask());
   return view;
 }
 

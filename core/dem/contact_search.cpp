@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/arithmetic/check.h"
+#include "core/arithmetic/elementary.h"
 
 namespace creep {
 namespace {
@@ -26,6 +27,8 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
   old_y_.swap(contacts.shear_y);
   old_z_.swap(contacts.shear_z);
 
+  reach_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) reach_[i] = reach_of(specimen.particles.body[i], specimen.time_step);
   sort_into_levels(specimen);
   found_.resize(static_cast<std::size_t>(team.size()));
   team.run([&](int member) {
@@ -46,7 +49,7 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
     const double centre[3] = {body.x, body.y, body.z};
     std::uint8_t near = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double reach = body.radius + skin_;
+      const double reach = body.radius + reach_[i] + 0.5 * skin_;
       if (centre[axis] - specimen.walls.position[2 * axis] < reach)
         near |= static_cast<std::uint8_t>(1u << (2 * axis));
       if (specimen.walls.position[2 * axis + 1] - centre[axis] < reach) {
@@ -54,11 +57,19 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
       }
     }
     contacts.near_walls[i] = near;
-    contacts.reference[i] = {body.x, body.y, body.z};
+    contacts.reference[i] = {body.x, body.y, body.z, reach_[i] * reach_[i]};
   }
   contacts.wall_reference = specimen.walls.position;
   contacts.valid = true;
   ++searches_;
+}
+
+double ContactSearch::reach_of(const Body& body, double time_step) const {
+  constexpr double kHorizon = 200.0;  // steps
+  const double flight =
+      kHorizon * time_step * std::sqrt(body.vx * body.vx + body.vy * body.vy + body.vz * body.vz);
+  // Beyond half a radius the longer list costs more than the searches saved.
+  return std::max(0.5 * skin_, std::min(flight, 0.5 * body.radius));
 }
 
 void ContactSearch::sort_into_levels(const Specimen& specimen) {
@@ -77,6 +88,7 @@ void ContactSearch::sort_into_levels(const Specimen& specimen) {
     level_of_[i] = static_cast<std::uint8_t>(level);
     all[level].members.push_back(static_cast<std::int32_t>(i));
     all[level].max_radius = std::max(all[level].max_radius, body[i].radius);
+    all[level].max_reach = std::max(all[level].max_reach, reach_[i]);
   }
   // Coarse to fine; empty classes are dropped, so level_of_ is renumbered.
   std::array<std::uint8_t, kMostLevels> place{};
@@ -92,8 +104,8 @@ void ContactSearch::fill_level(Level& level, const Specimen& specimen) {
   const auto& body = specimen.particles.body;
   // A sparse class gets cells no finer than one member each on average.
   const double volume = specimen.walls.volume();
-  const double per_member = std::cbrt(volume / static_cast<double>(level.members.size()));
-  level.cell = std::max(2.0 * level.max_radius + skin_, per_member);
+  const double per_member = elementary::pow(volume / static_cast<double>(level.members.size()), 1.0 / 3.0);
+  level.cell = std::max(2.0 * (level.max_radius + level.max_reach), per_member);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     level.origin[axis] = specimen.walls.position[2 * axis];
     level.cells[axis] = std::max(1, static_cast<int>(specimen.walls.length(axis) / level.cell));
@@ -118,7 +130,8 @@ void ContactSearch::fill_level(Level& level, const Specimen& specimen) {
   for (std::size_t k = 0; k < level.members.size(); ++k) {
     const Body& b = body[static_cast<std::size_t>(level.members[k])];
     const auto place = static_cast<std::size_t>(next[static_cast<std::size_t>(cell_of[k])]++);
-    level.entries[place] = {b.x, b.y, b.z, b.radius, level.members[k]};
+    const auto index = static_cast<std::size_t>(level.members[k]);
+    level.entries[place] = {b.x, b.y, b.z, b.radius + reach_[index], level.members[k]};
   }
 }
 
@@ -126,7 +139,8 @@ void ContactSearch::find_pairs(const Body& body, std::int32_t index, std::size_t
                                std::vector<Pair>& found) const {
   for (std::size_t l = 0; l <= own_level; ++l) {
     const Level& level = levels_[l];
-    const double reach = body.radius + level.max_radius + skin_;
+    const double extent = body.radius + reach_[static_cast<std::size_t>(index)];
+    const double reach = extent + level.max_radius + level.max_reach;
     const double inverse = 1.0 / level.cell;
     const double centre[3] = {body.x, body.y, body.z};
     int low[3], high[3];
@@ -144,7 +158,7 @@ void ContactSearch::find_pairs(const Body& body, std::int32_t index, std::size_t
           const Entry& entry = level.entries[static_cast<std::size_t>(k)];
           if (same && entry.index <= index) continue;
           const double dx = entry.x - body.x, dy = entry.y - body.y, dz = entry.z - body.z;
-          const double limit = entry.radius + body.radius + skin_;
+          const double limit = entry.extent + extent;
           if (dx * dx + dy * dy + dz * dz < limit * limit) {
             found.push_back({std::min(index, entry.index), std::max(index, entry.index)});
           }

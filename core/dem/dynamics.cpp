@@ -13,12 +13,6 @@ namespace {
 /// Cracks slower than this [m/s] would take 10^8 years through the smallest grain that can fail.
 constexpr double kLeastCrackVelocity = 1e-20;
 
-/// Whether no unlisted pair can touch yet.
-bool list_holds(double skin, double displacement_squared, double wall_displacement) {
-  const double displacement = std::sqrt(displacement_squared);
-  return 2.0 * displacement <= skin && displacement + wall_displacement <= skin;
-}
-
 double largest_wall_displacement(const Specimen& specimen) {
   double largest = 0.0;
   for (std::size_t w = 0; w < 6; ++w) {
@@ -100,7 +94,7 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   phase.lower_begin = contacts.lower_begin.data();
   phase.lower_contact = contacts.lower_contact.data();
   phase.near_walls = contacts.near_walls.data();
-  phase.reference = reinterpret_cast<const double(*)[3]>(contacts.reference.data());
+  phase.reference = contacts.reference.data();
   phase.inertial_mass = particles.inertial_mass.data();
   phase.mobilised_stress = particles.mobilised_stress.data();
   if (kind.check) {
@@ -139,8 +133,7 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
       total.particles.wall_stiffness[w] += p.wall_stiffness[w];
     }
     total.particles.damping += p.damping;
-    total.particles.largest_displacement_squared =
-        std::max(total.particles.largest_displacement_squared, p.largest_displacement_squared);
+    total.particles.list_ends = total.particles.list_ends || p.list_ends;
     total.particles.resultant += p.resultant;
     total.particles.with_contacts += p.with_contacts;
     total.particles.largest_stiffness_over_mass =
@@ -261,8 +254,8 @@ CycleResult Dynamics::cycle(Specimen& specimen, const WallControl& control) {
   advance_clocks(specimen, drift);
   specimen.last_time_step = drift;
   ++specimen.cycle;
-  if (!list_holds(search_.skin(), sums.particles.largest_displacement_squared,
-                  largest_wall_displacement(specimen))) {
+  // The list was made with half a skin for the walls.
+  if (sums.particles.list_ends || largest_wall_displacement(specimen) > 0.5 * search_.skin()) {
     specimen.contacts.valid = false;
   }
   if (kind.measure) {

@@ -22,6 +22,8 @@ struct LawView {
   double delta_T2 = 0.0;          ///< [m]
   double hertz_offset = 0.0;      ///< [m]
   std::int64_t before_first_cell = 0;
+  int cell_shift = 45;
+  std::int64_t base_mask = 0;  ///< clears the low cell_shift bits
 };
 
 /// Input and output of the contact kernel; pointers as in Contacts, arrays padded to 8.
@@ -61,7 +63,7 @@ struct ParticlePhase {
   const std::int32_t* lower_begin = nullptr;
   const std::int32_t* lower_contact = nullptr;
   const std::uint8_t* near_walls = nullptr;
-  const double (*reference)[3] = nullptr;
+  const ListReference* reference = nullptr;
   const double* inertial_mass = nullptr;
   double* mobilised_stress = nullptr;
   double* breaking =
@@ -76,15 +78,15 @@ struct ParticlePhase {
 };
 
 struct ParticleSums {
-  std::int64_t wall_force[6] = {};            ///< in 2^kForceQuantum N
-  std::int64_t wall_stiffness[6] = {};        ///< in 2^kStiffnessQuantum N/m
-  std::int64_t damping = 0;                   ///< work, in 2^kEnergyQuantum J
-  double largest_displacement_squared = 0.0;  ///< since the search [m2]
-  std::int64_t resultant = 0;                 ///< of magnitudes, in 2^kForceQuantum N; measuring cycles only
-  std::int64_t with_contacts = 0;             ///< particles; measuring cycles only
-  double largest_stiffness_over_mass = 0.0;   ///< [1/s2]; measuring cycles only
-  bool finite = true;                         ///< measuring cycles only
-  bool breaking = false;                      ///< some particle breaks at a wall; checking cycles only
+  std::int64_t wall_force[6] = {};           ///< in 2^kForceQuantum N
+  std::int64_t wall_stiffness[6] = {};       ///< in 2^kStiffnessQuantum N/m
+  std::int64_t damping = 0;                  ///< work, in 2^kEnergyQuantum J
+  bool list_ends = false;                    ///< some particle went as far as the list holds
+  std::int64_t resultant = 0;                ///< of magnitudes, in 2^kForceQuantum N; measuring cycles only
+  std::int64_t with_contacts = 0;            ///< particles; measuring cycles only
+  double largest_stiffness_over_mass = 0.0;  ///< [1/s2]; measuring cycles only
+  bool finite = true;                        ///< measuring cycles only
+  bool breaking = false;                     ///< some particle breaks at a wall; checking cycles only
 };
 
 /// What a cycle does beyond moving; each combination is compiled on its own.

@@ -50,14 +50,7 @@ inline Int operator+(Int a, Int b) { return {_mm512_add_epi64(a.v, b.v)}; }
 inline Int operator-(Int a, Int b) { return {_mm512_sub_epi64(a.v, b.v)}; }
 inline Int operator&(Int a, Int b) { return {_mm512_and_si512(a.v, b.v)}; }
 inline Int operator|(Int a, Int b) { return {_mm512_or_si512(a.v, b.v)}; }
-template <int kShift>
-inline Int shift_right(Int a) {
-  return {_mm512_srli_epi64(a.v, kShift)};
-}
-template <int kShift>
-inline Int shift_left(Int a) {
-  return {_mm512_slli_epi64(a.v, kShift)};
-}
+inline Int shift_right(Int a, int n) { return {_mm512_srl_epi64(a.v, _mm_cvtsi32_si128(n))}; }
 inline std::int64_t sum(Int a) { return _mm512_reduce_add_epi64(a.v); }
 inline void store(std::int64_t* p, Int a) { _mm512_storeu_si512(p, a.v); }
 
@@ -165,14 +158,7 @@ inline Int operator+(Int a, Int b) { return {_mm256_add_epi64(a.v, b.v)}; }
 inline Int operator-(Int a, Int b) { return {_mm256_sub_epi64(a.v, b.v)}; }
 inline Int operator&(Int a, Int b) { return {_mm256_and_si256(a.v, b.v)}; }
 inline Int operator|(Int a, Int b) { return {_mm256_or_si256(a.v, b.v)}; }
-template <int kShift>
-inline Int shift_right(Int a) {
-  return {_mm256_srli_epi64(a.v, kShift)};
-}
-template <int kShift>
-inline Int shift_left(Int a) {
-  return {_mm256_slli_epi64(a.v, kShift)};
-}
+inline Int shift_right(Int a, int n) { return {_mm256_srl_epi64(a.v, _mm_cvtsi32_si128(n))}; }
 inline void store(std::int64_t* p, Int a) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), a.v); }
 inline std::int64_t sum(Int a) {
   std::int64_t lane[4];

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/arithmetic/check.h"
+#include "core/arithmetic/elementary.h"
 #include "core/arithmetic/random.h"
 #include "core/dem/measures.h"
 #include "core/dem/particle_birth.h"
@@ -232,7 +233,7 @@ Specimen scatter(const Experiment& experiment) {
   const std::vector<double> diameters = stratified_diameters(spec.grading, count);
   double solid = 0.0;
   for (const double d : diameters) solid += std::numbers::pi / 6.0 * d * d * d;
-  const double side = std::cbrt(solid * (1.0 + spec.void_ratio + kLooser));
+  const double side = elementary::pow(solid * (1.0 + spec.void_ratio + kLooser), 1.0 / 3.0);
   Specimen specimen;
   for (std::size_t axis = 0; axis < 3; ++axis) specimen.walls.position[2 * axis + 1] = side;
   Scatter room(side, kFirstGrowth * diameters.back(), spec.seed);

@@ -25,8 +25,8 @@ inline void evaluate(const LawView& law, double overlap, double& g, double& slop
   }
   const double u = overlap * law.inverse_delta_T1;
   const auto bits = std::bit_cast<std::uint64_t>(u);
-  std::int64_t cell = static_cast<std::int64_t>(bits >> 45) - law.before_first_cell;
-  double base = std::bit_cast<double>(bits & ~((std::uint64_t{1} << 45) - 1));
+  std::int64_t cell = static_cast<std::int64_t>(bits >> law.cell_shift) - law.before_first_cell;
+  double base = std::bit_cast<double>(bits & static_cast<std::uint64_t>(law.base_mask));
   if (u < 0x1p-20) {
     cell = 0;
     base = 0.0;
@@ -107,7 +107,7 @@ template <bool kMeasure, bool kMove>
 void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                   ParticleSums& sums) {
   using namespace particle;
-  double farthest = sums.largest_displacement_squared;
+  bool list_ends = false;
   double stiffest = sums.largest_stiffness_over_mass;
   for (std::size_t i = begin; i < end; ++i) {
     Body body = phase.body[i];
@@ -170,13 +170,12 @@ void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin,
           move(z, phase.local_damping, kick_over_mass, phase.kick, phase.drift, body.vz, body.z);
       sums.damping += to_quanta(work, 0x1p70);
       phase.body[i] = body;
-      const double ex = body.x - phase.reference[i][0], ey = body.y - phase.reference[i][1],
-                   ez = body.z - phase.reference[i][2];
-      const double squared = ex * ex + ey * ey + ez * ez;
-      farthest = squared > farthest ? squared : farthest;
+      const ListReference& from = phase.reference[i];
+      const double ex = body.x - from.x, ey = body.y - from.y, ez = body.z - from.z;
+      list_ends = list_ends || ex * ex + ey * ey + ez * ez > from.reach_squared;
     }
   }
-  sums.largest_displacement_squared = farthest;
+  sums.list_ends = sums.list_ends || list_ends;
   sums.largest_stiffness_over_mass = stiffest;
 }
 

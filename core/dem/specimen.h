@@ -46,9 +46,9 @@ struct Contacts {
   std::vector<std::int32_t> lower_begin;    ///< n+1: places in lower_contact of those of which i is second
   std::vector<std::int32_t> lower_contact;  ///< ascending first
   std::vector<std::uint8_t> near_walls;     ///< n: bit w set if wall w is within the skin
-  std::vector<std::array<double, 3>> reference;  ///< n: positions when the list was made [m]
-  std::array<double, 6> wall_reference{};        ///< wall positions then [m]
-  bool valid = false;                            ///< false: must be searched anew before the next cycle
+  AlignedVector<ListReference> reference;   ///< n: how far the list holds
+  std::array<double, 6> wall_reference{};   ///< wall positions then [m]
+  bool valid = false;                       ///< false: must be searched anew before the next cycle
 };
 
 /// Six rigid walls of the box; wall 2a is the low one of axis a, 2a+1 the high one.

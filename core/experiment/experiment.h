@@ -17,7 +17,7 @@ namespace creep {
 /// Lognormal by mass, cut at both ends.
 struct LognormalGrading {
   double median_diameter = 0.21e-3;           ///< d50 [m]
-  double log_standard_deviation = 0.2770369;  ///< of ln d [-]; ln(1.53)/1.535
+  double log_standard_deviation = 0.2770474;  ///< of ln d [-]; ln(1.53)/1.535
   double min_diameter = 0.1e-3;               ///< lower cut [m]
   double max_diameter = 0.4e-3;               ///< upper cut [m]
 };

@@ -65,11 +65,11 @@ TEST(Grading, more_particles_converge_to_the_curve) {
 }
 
 TEST(Grading, passing_of_the_cut_lognormal_matches_hand_values) {
-  // z = ln(d/0.21)/0.2770369: cuts at -2.67810 and 2.32588 pass 0.003702 and 0.989988 of the uncut curve.
+  // z = ln(d/0.21)/0.2770474: cuts at -2.67810 and 2.32588 pass 0.003702 and 0.989988 of the uncut curve.
   EXPECT_EQ(passing_at_diameter(kFontainebleau, 0.1e-3), 0.0);
   EXPECT_EQ(passing_at_diameter(kFontainebleau, 0.4e-3), 1.0);
   const auto uncut = [](double d) {
-    return 0.5 * std::erfc(-std::log(d / 0.21e-3) / 0.2770369 / std::sqrt(2.0));
+    return 0.5 * std::erfc(-std::log(d / 0.21e-3) / 0.2770474 / std::sqrt(2.0));
   };
   for (const double d : {0.12e-3, 0.2e-3, 0.21e-3, 0.3e-3}) {
     const double expected = (uncut(d) - uncut(0.1e-3)) / (uncut(0.4e-3) - uncut(0.1e-3));
