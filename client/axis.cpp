@@ -115,14 +115,12 @@ std::optional<AxisRange> data_range(Scale scale, const std::vector<double>& valu
 
 AxisRange axis_range(Scale scale, AxisRange data) {
   if (scale == Scale::kLog) {
-    if (data.high > data.low * 20.0) {
-      return {std::pow(10.0, std::floor(std::log10(data.low) + 1e-9)),
-              std::pow(10.0, std::ceil(std::log10(data.high) - 1e-9))};
-    }
-    AxisRange range{round_125(data.low, false), round_125(data.high, true)};
-    if (range.high < range.low * 1.5)
-      range = {round_125(range.low * 0.45, true), round_125(range.high * 2.2, false)};
-    return range;
+    // Whole decades for wide data, and for a single value, which has no width of its own.
+    const bool decades = data.high > data.low * 20.0 || data.high < data.low * 1.5;
+    if (!decades) return {round_125(data.low, false), round_125(data.high, true)};
+    const double low = std::floor(std::log10(data.low) + 1e-9);
+    const double high = std::ceil(std::log10(data.high) - 1e-9);
+    return {std::pow(10.0, low >= high ? low - 1.0 : low), std::pow(10.0, low >= high ? high + 1.0 : high)};
   }
   double span = data.high - data.low;
   const double size = std::max(std::fabs(data.low), std::fabs(data.high));

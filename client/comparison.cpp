@@ -40,8 +40,8 @@ Comparison stage_count(std::string quantity, std::optional<std::size_t> count, b
   return line;
 }
 
-Comparison creep_strain(const std::optional<Hold>& hold, bool comparable) {
-  Comparison line{"creep strain at the end", kNone, kNone, kNone, "±40 %"};
+Comparison creep_strain(const std::optional<Hold>& hold, bool ended, bool comparable) {
+  Comparison line{ended ? "creep strain at the end" : "creep strain so far", kNone, kNone, kNone, "±40 %"};
   if (hold && !hold->stage_rows.empty())
     line.run = absl::StrFormat("%.3f %%", 100.0 * hold->curve.axial_strain.back());
   if (comparable) line.paper = "linear in log time";
@@ -100,20 +100,21 @@ std::vector<Comparison> comparisons(const JobResults& results, const std::option
   const auto loading = end_of_loading(results);
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   // An unfinished hold has had fewer stages than it will have.
-  const bool ended = scene.creep && !results.text("outcome").empty();
+  const bool ended = !results.text("outcome").empty();
   const auto count = [&](std::size_t extra) {
     return creeping ? std::optional<std::size_t>(hold->ageing_jumps() + extra) : std::nullopt;
   };
-  return {void_ratio("e at the end of loading",
-                     loading ? results.stages.at(*loading, "void_ratio_end") : unknown, scene.compression),
-          void_ratio("e after the initial dynamic stage",
-                     creeping ? results.stages.at(hold->stage_rows.front(), "void_ratio_end") : unknown,
-                     scene.compression),
-          stage_count("dynamic stages: ageing jumps, the closing one included", count(0), ended),
-          stage_count("dynamic stages: the initial one included", count(1), ended),
-          creep_strain(hold, scene.creep),
-          grading_index(results, hold, scene.creep),
-          ripple(results, hold, scene.creep)};
+  return {
+      void_ratio("e at the end of loading", loading ? results.stages.at(*loading, "void_ratio_end") : unknown,
+                 scene.compression),
+      void_ratio("e after the initial dynamic stage",
+                 creeping ? results.stages.at(hold->stage_rows.front(), "void_ratio_end") : unknown,
+                 scene.compression),
+      stage_count("dynamic stages: ageing jumps, the closing one included", count(0), ended && scene.creep),
+      stage_count("dynamic stages: the initial one included", count(1), ended && scene.creep),
+      creep_strain(hold, ended, scene.creep),
+      grading_index(results, hold, scene.creep),
+      ripple(results, hold, scene.creep)};
 }
 
 std::string one_packing_note() {

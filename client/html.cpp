@@ -20,7 +20,8 @@ p { margin: .6rem 0; } .muted { color: var(--muted); } code, pre { font: 12.5px/
 th, td { padding: .28rem .7rem; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
 th { border-bottom: 2px solid var(--line); font-weight: 600; }
 table.numbers td:not(:first-child), table.numbers th:not(:first-child) { text-align: right; }
-table.numbers td { font-variant-numeric: tabular-nums; white-space: nowrap; }
+table.numbers { font-size: .8rem; } table.numbers th, table.numbers td { padding: .25rem .42rem; }
+table.numbers td { font-variant-numeric: tabular-nums; white-space: nowrap; } sub { line-height: 0; }
 pre { background: var(--soft); padding: .8rem 1rem; overflow-x: auto; border-radius: 4px; }
 code { overflow-wrap: anywhere; }
 figure { margin: 1.2rem 0; break-inside: avoid; } figure svg { width: 100%; height: auto; background: #fff; border-radius: 4px; }
@@ -30,6 +31,18 @@ figcaption { color: var(--muted); font-size: .86rem; }
   table { font-size: 9.5px; } th, td { padding: .15rem .4rem; } h2 { break-after: avoid; } tr { break-inside: avoid; }
   pre { white-space: pre-wrap; } .scroll { overflow: visible; } }
 )css";
+
+/// Escaped, with "_{...}" lowered as on the charts.
+std::string cell_text(std::string_view text) {
+  std::string out = html_escape(text);
+  for (std::size_t at = out.find("_{"); at != std::string::npos; at = out.find("_{", at)) {
+    const std::size_t close = out.find('}', at);
+    if (close == std::string::npos) break;
+    out = absl::StrCat(out.substr(0, at), "<sub>", out.substr(at + 2, close - at - 2), "</sub>",
+                       out.substr(close + 1));
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -65,13 +78,13 @@ std::string html_table(const std::vector<std::string>& head,
       numbers ? "<div class=\"scroll\"><table class=\"numbers\">\n" : "<div class=\"scroll\"><table>\n";
   if (!head.empty()) {
     out += "<thead><tr>";
-    for (const std::string& cell : head) absl::StrAppend(&out, "<th>", html_escape(cell), "</th>");
+    for (const std::string& cell : head) absl::StrAppend(&out, "<th>", cell_text(cell), "</th>");
     out += "</tr></thead>\n";
   }
   out += "<tbody>\n";
   for (const auto& row : rows) {
     out += "<tr>";
-    for (const std::string& cell : row) absl::StrAppend(&out, "<td>", html_escape(cell), "</td>");
+    for (const std::string& cell : row) absl::StrAppend(&out, "<td>", cell_text(cell), "</td>");
     out += "</tr>\n";
   }
   return out + "</tbody></table></div>\n";

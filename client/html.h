@@ -10,7 +10,8 @@ namespace creepctl {
 /// Text with the five characters that mean something to HTML written as entities.
 std::string html_escape(std::string_view text);
 
-/// A table; cells are escaped here. `numbers`: cells of all columns but the first are set flush right.
+/// A table; cells are escaped here and "_{...}" in them is lowered. `numbers`: all columns but the first are
+/// set flush right.
 std::string html_table(const std::vector<std::string>& head,
                        const std::vector<std::vector<std::string>>& rows, bool numbers);
 

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 #include "client/html.h"
 #include "client/result_charts.h"
 
@@ -82,10 +83,13 @@ std::string warnings(const JobResults& results) {
 std::string comparison_section(const JobResults& results, const std::optional<Hold>& hold) {
   Rows rows;
   for (const Comparison& line : comparisons(results, hold)) {
-    rows.push_back({line.quantity, line.run, line.paper, line.difference, line.scatter});
+    rows.push_back({absl::StrReplaceAll(line.quantity, {{"I_{G}", "I_{G}"}}), line.run, line.paper,
+                    line.difference, line.scatter});
   }
   const PaperScene scene = paper_scene(results);
   std::string note = one_packing_note();
+  if (scene.creep)
+    absl::StrAppend(&note, " Whether the paper's 15 stages include the initial one is not stated.");
   if (!scene.compression) {
     absl::StrAppend(&note,
                     " This job is not the paper's scene (Fontainebleau NE34 from e = 0.65 to 21.7 MPa in the "
@@ -137,16 +141,17 @@ std::string analysis_section(const std::optional<Hold>& hold) {
   } else {
     rows.push_back({"onset of tertiary creep", "none seen"});
   }
-  return absl::StrCat("<h2>Creep analysis</h2>\n", html_table({}, rows, false),
-                      "<p class=\"muted\">Strain is taken at the ends of the dynamic stages and is piecewise "
-                      "linear in ln(creep time); the "
-                      "rate is its slope over the time, at the geometric middle of each interval. m is "
-                      "fitted by least squares of log rate "
-                      "on log time over primary creep only; with 5 to 14 points it is uncertain by about "
-                      "±0.2. Tertiary creep begins "
-                      "where the rate smoothed over three intervals (a fifth of the curve, if that is more) "
-                      "is least, if it later "
-                      "doubles.</p>\n");
+  return absl::StrCat(
+      "<h2>Creep analysis</h2>\n", html_table({}, rows, false),
+      "<p class=\"muted\">Strain is taken at the ends of the dynamic stages and is piecewise "
+      "linear in ln(creep time); the "
+      "rate is its slope over the time, at the geometric middle of each interval. m is "
+      "fitted by least squares of log rate "
+      "on log time over primary creep only; with 5 to 14 points it is uncertain by about "
+      "±0.2. Tertiary creep begins "
+      "where the rate smoothed over three intervals, or a factor of 2 in time if that is more, "
+      "is least, if it later "
+      "doubles.</p>\n");
 }
 
 std::string charts_section(const JobResults& results, const std::optional<Hold>& hold) {
@@ -178,13 +183,14 @@ std::string stages_section(const JobResults& results) {
                     cell("rebuilds", "%.0f"), cell("wall_seconds", "%.1f")});
   }
   if (rows.empty()) return "";
-  return absl::StrCat(
-      "<h2>Stages</h2>\n",
-      html_table({"dynamic stage", "cycles", "creep time", "ε_a (%)", "e", "σ_a (MPa)", "I_G", "ripple (%)",
-                  "broken at start", "broken during", "particles", "step (ns)", "settled", "searches",
-                  "wall time (s)"},
-                 rows, true),
-      "<p class=\"muted\">ε_a since the end of packing; e, σ_a and I_G at the end of the stage.</p>\n");
+  return absl::StrCat("<h2>Stages</h2>\n",
+                      html_table({"dynamic stage", "cycles", "creep time", "ε_{a} (%)", "e", "σ_{a} (MPa)",
+                                  "I_{G}", "ripple (%)", "broken at start", "broken during", "particles",
+                                  "step (ns)", "settled", "searches", "wall time (s)"},
+                                 rows, true),
+                      "<p class=\"muted\">Axial strain since the end of packing; e, stress and grading index "
+                      "at the end of the stage; "
+                      "creep time at its beginning.</p>\n");
 }
 
 std::string ledger_section(const JobResults& results) {
@@ -218,8 +224,8 @@ std::string breakage_section(const JobResults& results) {
   const auto& diameter = results.breakages.column("diameter_m");
   const auto& generation = results.breakages.column("generation");
   const auto& creep_time = results.breakages.column("creep_time_s");
-  const char* const names[] = {"immediate (σ_mob > σ_lim)", "crack, in a dynamic stage", "crack, in ageing",
-                               "all"};
+  const char* const names[] = {"immediate (σ_{mob} > σ_{lim})", "crack, in a dynamic stage",
+                               "crack, in ageing", "all"};
   Rows rows;
   for (int wanted = 0; wanted < 4; ++wanted) {
     std::size_t loading = 0;
@@ -256,19 +262,20 @@ std::string readings_section(const JobResults& results) {
   if (results.experiment) {
     const creep::Material& used = results.experiment->material;
     const char* const layouts[] = {"octahedral", "cubic", "tetrahedral"};
-    const Rows rows = {{"size exponent k of the strength", absl::StrFormat("%.5g", used.size_exponent)},
-                       {"reference diameter d0", absl::StrFormat("%.4g mm", used.reference_diameter * 1e3)},
-                       {"mean strength σ_lim0 at d0", absl::StrFormat("%.4g GPa", used.limit_stress / 1e9)},
-                       {"roughness S_q of a pair", absl::StrFormat("%.4g µm", used.roughness * 1e6)},
-                       {"wall contact stiffness factor", absl::StrFormat("%.4g", used.wall_stiffness_factor)},
-                       {"floor of the relative strength", absl::StrFormat("%.4g", used.strength_floor)},
-                       {"layout of the 14 fragments", layouts[static_cast<int>(used.split_layout)]},
-                       {"fines in the void ratio", "counted as solid"},
-                       {"local damping", absl::StrFormat("%.4g", results.experiment->numerics.local_damping)},
-                       {"unbalanced force ratio of a settled stage",
-                        absl::StrFormat("%.3g", results.experiment->numerics.unbalanced_tolerance)},
-                       {"closing speed of the platens",
-                        absl::StrFormat("%.4g m/s", results.experiment->numerics.loading_velocity)}};
+    const Rows rows = {
+        {"size exponent k of the strength", absl::StrFormat("%.5g", used.size_exponent)},
+        {"reference diameter d_{0}", absl::StrFormat("%.4g mm", used.reference_diameter * 1e3)},
+        {"mean strength σ_{lim0} at d_{0}", absl::StrFormat("%.4g GPa", used.limit_stress / 1e9)},
+        {"roughness S_{q} of a pair", absl::StrFormat("%.4g µm", used.roughness * 1e6)},
+        {"wall contact stiffness factor", absl::StrFormat("%.4g", used.wall_stiffness_factor)},
+        {"floor of the relative strength", absl::StrFormat("%.4g", used.strength_floor)},
+        {"layout of the 14 fragments", layouts[static_cast<int>(used.split_layout)]},
+        {"fines in the void ratio", "counted as solid"},
+        {"local damping", absl::StrFormat("%.4g", results.experiment->numerics.local_damping)},
+        {"unbalanced force ratio of a settled stage",
+         absl::StrFormat("%.3g", results.experiment->numerics.unbalanced_tolerance)},
+        {"closing speed of the platens",
+         absl::StrFormat("%.4g m/s", results.experiment->numerics.loading_velocity)}};
     absl::StrAppend(&out, "<p>The paper does not settle these; they are inputs of the job.</p>\n",
                     html_table({}, rows, false));
   }

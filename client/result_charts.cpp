@@ -27,7 +27,8 @@ Axis creep_time_axis() { return {"creep time t (s)", Scale::kLog, {}, {}, false}
 std::string power_text(double value) {
   if (value == 0.0 || !std::isfinite(value)) return "0";
   const int exponent = static_cast<int>(std::floor(std::log10(std::fabs(value))));
-  if (exponent >= -3 && exponent <= 3) return absl::StrFormat("%.3g", value);
+  if (exponent == 3) return absl::StrFormat("%.0f", value);
+  if (exponent >= -3 && exponent < 3) return absl::StrFormat("%.3g", value);
   return absl::StrFormat("%.2f×10^{%s}", value / std::pow(10.0, exponent),
                          exponent < 0 ? absl::StrCat("−", -exponent) : absl::StrCat(exponent));
 }
@@ -129,7 +130,7 @@ void add_fit(Chart& chart, const creep::SinghMitchellFit& fit) {
     chart.series.push_back(series);
   };
   line(fit.window_begin, fit.window_end, Dash::kSolid,
-       absl::StrFormat("rate ∝ t^{–m}, m = %.2f ± %.2f", fit.m, fit.m_standard_error));
+       absl::StrFormat("rate ∝ t^{–m}, m = %.2f ± %.1g", fit.m, fit.m_standard_error));
   if (kTenMinutes > fit.window_end) line(fit.window_end, kTenMinutes, Dash::kDotted, "extrapolated");
   if (kTenMinutes < fit.window_begin) line(kTenMinutes, fit.window_begin, Dash::kDotted, "extrapolated");
   Series at_ten{"fit at 10 min: " + power_text(kPercentPerMinute * fit.rate(kTenMinutes)) + " %/min",

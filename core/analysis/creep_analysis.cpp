@@ -9,10 +9,10 @@
 namespace creep {
 namespace {
 
-constexpr std::size_t kFewestPoints = 3;    // of a regression
-constexpr std::size_t kLeastWindow = 3;     // intervals a smoothed rate spans at least
-constexpr std::size_t kWindowsOfCurve = 5;  // a window spans at most about this part of the curve
-constexpr double kSameRate = 1.25;          // rates within this factor count as constant
+constexpr std::size_t kFewestPoints = 3;   // of a regression
+constexpr std::size_t kLeastWindow = 3;    // intervals a smoothed rate spans at least
+constexpr double kLeastWindowRatio = 2.0;  // and the creep_time ratio it spans at least
+constexpr double kSameRate = 1.25;         // rates within this factor count as constant
 constexpr double kRise = 2.0;          // a rise of the smoothed rate that noise of 40 % a stage does not make
 constexpr double kLeastPlateau = 2.0;  // creep_time ratio a constant rate must last to be secondary creep
 
@@ -37,16 +37,13 @@ CreepCurve usable(const CreepCurve& curve) {
   return out;
 }
 
-std::vector<StrainRate> windowed_rates(const CreepCurve& points, std::size_t intervals) {
-  std::vector<StrainRate> rates;
-  for (std::size_t i = 0; i + intervals < points.creep_time.size(); ++i) {
-    const double begin = points.creep_time[i];
-    const double end = points.creep_time[i + intervals];
-    const double middle = std::sqrt(begin) * std::sqrt(end);
-    const double strain = points.axial_strain[i + intervals] - points.axial_strain[i];
-    rates.push_back({middle, strain / std::log(end / begin) / middle});
-  }
-  return rates;
+/// Rate between two points of the curve.
+StrainRate rate_between(const CreepCurve& points, std::size_t first, std::size_t last) {
+  const double begin = points.creep_time[first];
+  const double end = points.creep_time[last];
+  const double middle = std::sqrt(begin) * std::sqrt(end);
+  const double strain = points.axial_strain[last] - points.axial_strain[first];
+  return {middle, strain / std::log(end / begin) / middle};
 }
 
 struct Line {
@@ -115,12 +112,24 @@ std::optional<Plateau> find_plateau(const std::vector<StrainRate>& rates) {
 
 }  // namespace
 
-std::vector<StrainRate> strain_rates(const CreepCurve& curve) { return windowed_rates(usable(curve), 1); }
+std::vector<StrainRate> strain_rates(const CreepCurve& curve) {
+  const CreepCurve points = usable(curve);
+  std::vector<StrainRate> rates;
+  for (std::size_t i = 1; i < points.creep_time.size(); ++i) rates.push_back(rate_between(points, i - 1, i));
+  return rates;
+}
 
 std::vector<StrainRate> smoothed_strain_rates(const CreepCurve& curve) {
   const CreepCurve points = usable(curve);
-  const std::size_t intervals = points.creep_time.empty() ? 0 : points.creep_time.size() - 1;
-  return windowed_rates(points, std::max(kLeastWindow, intervals / kWindowsOfCurve));
+  std::vector<StrainRate> rates;
+  std::size_t first = 0;  // of the shortest window that ends at `last` and is wide enough
+  for (std::size_t last = kLeastWindow; last < points.creep_time.size(); ++last) {
+    const double latest_begin = points.creep_time[last] / kLeastWindowRatio;
+    if (points.creep_time.front() > latest_begin) continue;
+    while (first + 1 + kLeastWindow <= last && points.creep_time[first + 1] <= latest_begin) ++first;
+    rates.push_back(rate_between(points, first, last));
+  }
+  return rates;
 }
 
 double SinghMitchellFit::rate(double creep_time) const {

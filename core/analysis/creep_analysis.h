@@ -26,8 +26,8 @@ struct StrainRate {
 /// Rates between neighbouring points of the curve. Points that do not advance creep_time are skipped.
 std::vector<StrainRate> strain_rates(const CreepCurve& curve);
 
-/// The same over sliding windows of max(3, n/5) of the n intervals: what the phases of creep are told from.
-/// Empty with fewer intervals than a window has.
+/// The same over sliding windows, each the shortest that spans 3 intervals and a factor of 2 in creep_time:
+/// what the phases of creep are told from. Empty if the curve is shorter than a window.
 std::vector<StrainRate> smoothed_strain_rates(const CreepCurve& curve);
 
 /// rate = rate_at_1_s (creep_time / 1 s)^-m, by least squares of ln rate on ln creep_time (Singh & Mitchell
