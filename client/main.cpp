@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "client/commands/checkpoint_show.h"
 #include "client/commands/init.h"
 #include "client/commands/plot.h"
 #include "client/commands/report.h"
@@ -42,6 +43,7 @@ int main(int argument_count, char** arguments) {
       "validate creep.toml");
 
   int exit_code = creepctl::kOk;
+  creepctl::add_checkpoint(app, exit_code);
   creepctl::add_init(app, exit_code);
   creepctl::add_plot(app, exit_code);
   creepctl::add_report(app, exit_code);
