@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "core/dem/kernels.h"
+#include "core/dem/quad.h"
 
 namespace creep::CREEP_KERNEL_NAMESPACE {
 
@@ -87,18 +88,18 @@ inline WallLoad wall_contacts(const ParticlePhase& phase, const Body& body, unsi
   return load;
 }
 
-inline double sign(double value) {
-  return static_cast<double>(static_cast<int>(value > 0.0) - static_cast<int>(value < 0.0));
-}
-
-/// Moves one component; returns the work of local damping [J].
-inline double move(double force, double alpha, double kick_over_mass, double kick, double drift,
-                   double& velocity, double& position) {
-  const double damping = alpha * __builtin_fabs(force) * sign(velocity);
-  const double before = velocity;
-  velocity = before + (force - damping) * kick_over_mass;
-  position = position + velocity * drift;
-  return damping * (0.5 * (before + velocity)) * kick;
+/// Moves a particle under its resultant; lane 3 of position and velocity holds other fields and stays.
+/// Returns the work of local damping [J].
+inline double move(const ParticlePhase& phase, Quad force, double mass, Quad& position, Quad& velocity) {
+  const Quad zero = quad_all(0.0);
+  const Quad before = three_and_one(velocity, zero);
+  const Quad damping = with_sign(quad_all(phase.local_damping) * force, before);
+  const Quad after = before + (force - damping) * quad_all(phase.kick / mass);
+  velocity = three_and_one(after, velocity);
+  position = three_and_one(position + three_and_one(after, zero) * quad_all(phase.drift), position);
+  alignas(32) double power[4];
+  store_quad(power, damping * (quad_all(0.5) * (before + after)));
+  return (power[0] + power[1] + power[2]) * phase.kick;
 }
 
 }  // namespace particle
@@ -108,15 +109,15 @@ void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin,
                   ParticleSums& sums) {
   using namespace particle;
   bool list_ends = false;
+  std::int64_t damping = 0;
   double stiffest = sums.largest_stiffness_over_mass;
   for (std::size_t i = begin; i < end; ++i) {
-    Body body = phase.body[i];
-    double x = 0.0, y = 0.0, z = 0.0, wall_stiffness = 0.0, stress = 0.0;
+    Body& body = phase.body[i];
+    Quad force = quad_all(0.0);  // lane 3 sums contact stiffness, of lower neighbours with the wrong sign
+    double wall_stiffness = 0.0, stress = 0.0;
     if (const unsigned near = phase.near_walls[i]; near != 0) {
       const WallLoad load = wall_contacts(phase, body, near, kind, sums);
-      x = load.force[0];
-      y = load.force[1];
-      z = load.force[2];
+      force = quad(load.force[0], load.force[1], load.force[2], 0.0);
       wall_stiffness = load.stiffness;
       stress = load.stress;
       if (load.breaking > 0.0) {
@@ -124,58 +125,49 @@ void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin,
         phase.breaking[i] = load.breaking;
       }
     }
-    double lower_stiffness = 0.0, own_stiffness = 0.0;
     const std::int32_t lower_end = phase.lower_begin[i + 1];
     for (std::int32_t k = phase.lower_begin[i]; k < lower_end; ++k) {
       const std::int32_t c = phase.lower_contact[k];
-      const ContactForce& f = phase.force[c];
-      x -= f.x;
-      y -= f.y;
-      z -= f.z;
-      if constexpr (kMeasure) {
-        lower_stiffness += f.stiffness;
-        stress = phase.stress[c] > stress ? phase.stress[c] : stress;
-      }
+      force = force - load_quad(&phase.force[c].x);
+      if constexpr (kMeasure) stress = phase.stress[c] > stress ? phase.stress[c] : stress;
     }
+    const Quad of_lower = force;
     const std::int32_t own_end = phase.own_begin[i + 1];
     for (std::int32_t c = phase.own_begin[i]; c < own_end; ++c) {
-      const ContactForce& f = phase.force[c];
-      x += f.x;
-      y += f.y;
-      z += f.z;
-      if constexpr (kMeasure) {
-        own_stiffness += f.stiffness;
-        stress = phase.stress[c] > stress ? phase.stress[c] : stress;
-      }
+      force = force + load_quad(&phase.force[c].x);
+      if constexpr (kMeasure) stress = phase.stress[c] > stress ? phase.stress[c] : stress;
     }
     const double mass = phase.inertial_mass[i];
     if constexpr (kMeasure) {
-      const double stiffness = wall_stiffness + (lower_stiffness + own_stiffness);
+      alignas(32) double lower[4], f[4];
+      store_quad(lower, of_lower);
+      store_quad(f, force);
+      const double stiffness = wall_stiffness + (f[3] - 2.0 * lower[3]);
       phase.mobilised_stress[i] = stress;
       if (stiffness > 0.0) {
         ++sums.with_contacts;
-        sums.resultant += to_quanta(__builtin_sqrt(x * x + y * y + z * z), 0x1p40);
+        sums.resultant += to_quanta(__builtin_sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]), 0x1p40);
       }
       const double floor = phase.floor_stiffness * __builtin_sqrt(body.radius);
       const double ratio = (stiffness > floor ? stiffness : floor) / mass;
       stiffest = ratio > stiffest ? ratio : stiffest;
-      const double all_of_it = x + y + z + body.x + body.y + body.z + body.vx + body.vy + body.vz;
+      const double all_of_it = f[0] + f[1] + f[2] + body.x + body.y + body.z + body.vx + body.vy + body.vz;
       if (!(all_of_it - all_of_it == 0.0)) sums.finite = false;
     }
     if constexpr (kMove) {
-      const double kick_over_mass = phase.kick / mass;
-      const double work =
-          move(x, phase.local_damping, kick_over_mass, phase.kick, phase.drift, body.vx, body.x) +
-          move(y, phase.local_damping, kick_over_mass, phase.kick, phase.drift, body.vy, body.y) +
-          move(z, phase.local_damping, kick_over_mass, phase.kick, phase.drift, body.vz, body.z);
-      sums.damping += to_quanta(work, 0x1p70);
-      phase.body[i] = body;
-      const ListReference& from = phase.reference[i];
-      const double ex = body.x - from.x, ey = body.y - from.y, ez = body.z - from.z;
-      list_ends = list_ends || ex * ex + ey * ey + ez * ez > from.reach_squared;
+      Quad position = load_quad(&body.x), velocity = load_quad(&body.vx);
+      damping +=
+          to_quanta(move(phase, three_and_one(force, quad_all(0.0)), mass, position, velocity), 0x1p70);
+      store_quad(&body.x, position);
+      store_quad(&body.vx, velocity);
+      alignas(32) double away[4];
+      const Quad d = position - load_quad(&phase.reference[i].x);
+      store_quad(away, d * d);
+      list_ends = list_ends || away[0] + away[1] + away[2] > phase.reference[i].reach_squared;
     }
   }
   sums.list_ends = sums.list_ends || list_ends;
+  sums.damping += damping;
   sums.largest_stiffness_over_mass = stiffest;
 }
 
