@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# The same bits with other instructions, another skin, another schedule of neighbour searches and another build.
+source "$(dirname "${BASH_SOURCE[0]}")/support.sh"
+undisturbed
+
+for instructions in portable avx2 avx512; do
+  if [[ $instructions != portable ]] && ! grep -qE "^flags.* ${instructions/avx512/avx512f}( |$)" /proc/cpuinfo; then
+    printf 'this processor has no %s\n' "$instructions"
+    continue
+  fi
+  CREEP_ISA=$instructions expect_exit 0 run_job "$work/$instructions"
+  grep -qF "\"instruction_set\": \"$instructions\"" "$work/$instructions/summary.json" ||
+    fail "CREEP_ISA=$instructions was not obeyed"
+  same_result "$work/$instructions"
+done
+
+# The default skin is 0.01 d50 = 2.1 um.
+sed 's/^\[numerics\]$/&\nskin = "1.05 um"/' "$job" >"$work/skin.toml"
+expect_exit 0 run_job "$work/skin" "$work/skin.toml"
+same_result "$work/skin"
+
+expect_exit 0 run_job "$work/rebuild-7" "$job" --rebuild-every 7
+same_result "$work/rebuild-7"
+
+if [[ -x "${CREEP_OTHER_BIN:-}/creepctl" ]]; then
+  bin=$CREEP_OTHER_BIN expect_exit 0 run_job "$work/other"
+  same_result "$work/other"
+else
+  printf 'CREEP_OTHER_BIN does not name another build: not compared\n'
+fi
