@@ -84,9 +84,10 @@ Layout layout(const Chart& chart) {
   out.plot = {kLeftMargin, top, kChartWidth - kLeftMargin - kRightMargin, kChartHeight - top - kBottomMargin};
   out.x_range = choose_range(chart.x, all_x);
   out.y_range = choose_range(chart.y, all_y);
-  out.x_ticks = chart.x.whole_numbers ? whole_number_ticks(out.x_range, 16)
-                                      : axis_ticks(chart.x.scale, out.x_range, 10);
-  out.y_ticks = axis_ticks(chart.y.scale, out.y_range, 8);
+  out.x_ticks = chart.x.whole_numbers
+                    ? whole_number_ticks(out.x_range, 16)
+                    : axis_ticks(chart.x.scale, out.x_range, chart.x.scale == Scale::kLog ? 13 : 10);
+  out.y_ticks = axis_ticks(chart.y.scale, out.y_range, chart.y.scale == Scale::kLog ? 13 : 10);
   for (const Series& series : chart.series) {
     std::vector<PlacedPoint> points;
     for (std::size_t i = 0; i < series.x.size(); ++i) {

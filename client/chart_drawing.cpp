@@ -141,6 +141,9 @@ void draw_levels(Canvas& canvas, const Chart& chart, const Layout& placed) {
   for (const LevelLine& level : chart.levels) {
     const double y = y_at(chart, placed, level.y);
     canvas.line({{plot.x, y}, {plot.x + plot.width, y}}, color_of(Hue::kVermilion), 1.4, Dash::kDashed);
+    // On a white ground, as bars may reach above the line.
+    const double width = canvas.text_width(level.label, kSmallSize);
+    canvas.rectangle(plot.x + plot.width - 12.0 - width, y - 18.5, width + 8.0, 16.0, kWhite, 0.9);
     canvas.text({plot.x + plot.width - 8.0, y - 6.0}, level.label, kSmallSize, Align::kRight,
                 color_of(Hue::kVermilion));
   }

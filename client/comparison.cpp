@@ -21,6 +21,18 @@ std::optional<std::size_t> end_of_loading(const JobResults& results) {
   return found;
 }
 
+/// Void ratio at the end of packing, where strains are zero.
+Comparison initial_void_ratio(const JobResults& results, bool comparable) {
+  Comparison line{"e after packing", kNone, kNone, kNone, ""};
+  if (comparable) line.paper = absl::StrFormat("%.2f", kPaperInitialVoidRatio);
+  const auto loading = loading_and_creep_samples(results);
+  if (loading.empty()) return line;
+  const double value = results.samples.at(loading.front(), "void_ratio");
+  line.run = absl::StrFormat("%.4f", value);
+  if (comparable) line.difference = absl::StrFormat("%+.4f", value - kPaperInitialVoidRatio);
+  return line;
+}
+
 Comparison void_ratio(std::string quantity, double value, bool comparable) {
   Comparison line{std::move(quantity), kNone, kNone, kNone, "±0.006"};
   if (comparable) line.paper = absl::StrFormat("%.3f", kPaperVoidRatio);
@@ -105,6 +117,7 @@ std::vector<Comparison> comparisons(const JobResults& results, const std::option
     return creeping ? std::optional<std::size_t>(hold->ageing_jumps() + extra) : std::nullopt;
   };
   return {
+      initial_void_ratio(results, scene.compression),
       void_ratio("e at the end of loading", loading ? results.stages.at(*loading, "void_ratio_end") : unknown,
                  scene.compression),
       void_ratio("e after the initial dynamic stage",

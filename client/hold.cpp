@@ -81,7 +81,10 @@ std::optional<Hold> last_hold(const JobResults& results) {
 std::vector<std::size_t> loading_and_creep_samples(const JobResults& results) {
   std::vector<std::size_t> rows;
   for (std::size_t row = 0; row < results.samples.rows(); ++row) {
-    if (results.samples.at(row, "phase") > static_cast<double>(creep::Phase::kPacking)) rows.push_back(row);
+    if (results.samples.at(row, "phase") <= static_cast<double>(creep::Phase::kPacking)) continue;
+    // The last sample of packing is the state where strains are zero.
+    if (rows.empty() && row > 0) rows.push_back(row - 1);
+    rows.push_back(row);
   }
   return rows;
 }

@@ -29,7 +29,8 @@ struct Hold {
 /// nullopt until the first dynamic stage of a hold has begun.
 std::optional<Hold> last_hold(const JobResults& results);
 
-/// Rows of samples.csv after packing, from the state where strains are zero.
+/// Rows of samples.csv from the end of packing on, the state where strains are zero. Empty before loading
+/// began.
 std::vector<std::size_t> loading_and_creep_samples(const JobResults& results);
 
 // Lei, Arroyo, Ciantia & Zhang, section 4.2 and figures 7 and 8: the oedometric creep test.

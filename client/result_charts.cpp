@@ -24,6 +24,14 @@ std::vector<Landmark> creep_time_landmarks() {
 
 Axis creep_time_axis() { return {"creep time t (s)", Scale::kLog, {}, {}, false}; }
 
+/// From the decade in which the initial dynamic stage ended: what is before is its own settling.
+Axis creep_time_axis(const Hold& hold) {
+  Axis axis = creep_time_axis();
+  const std::vector<double>& ends = hold.curve.creep_time;
+  if (!ends.empty() && ends.front() > 0.0) axis.low = std::pow(10.0, std::floor(std::log10(ends.front())));
+  return axis;
+}
+
 std::string power_text(double value) {
   if (value == 0.0 || !std::isfinite(value)) return "0";
   const int exponent = static_cast<int>(std::floor(std::log10(std::fabs(value))));
@@ -94,7 +102,7 @@ std::optional<NamedChart> strain_chart(const JobResults& results, const Hold& ho
   if (state.x.empty() && ends.x.empty()) return std::nullopt;
   Chart chart;
   chart.title = "Creep: axial strain – log time";
-  chart.x = creep_time_axis();
+  chart.x = creep_time_axis(hold);
   chart.y = {"axial creep strain ε_{a} (%)", Scale::kLinear, {}, {}, false};
   chart.landmarks = creep_time_landmarks();
   chart.series = {state, ends};
@@ -268,7 +276,7 @@ std::optional<NamedChart> grading_index_chart(const JobResults& results, const H
   if (state.x.empty() && ends.x.empty()) return std::nullopt;
   Chart chart;
   chart.title = "Grading index – log time";
-  chart.x = creep_time_axis();
+  chart.x = creep_time_axis(hold);
   chart.y = {"grading index I_{G} (–)", Scale::kLinear, {}, {}, false};
   chart.landmarks = creep_time_landmarks();
   chart.series = {state, ends};

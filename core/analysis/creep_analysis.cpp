@@ -14,6 +14,7 @@ constexpr std::size_t kLeastWindow = 3;    // intervals a smoothed rate spans at
 constexpr double kLeastWindowRatio = 2.0;  // and the creep_time ratio it spans at least
 constexpr double kSameRate = 1.25;         // rates within this factor count as constant
 constexpr double kRise = 2.0;          // a rise of the smoothed rate that noise of 40 % a stage does not make
+constexpr double kSignificance = 2.0;  // standard deviations
 constexpr double kLeastPlateau = 2.0;  // creep_time ratio a constant rate must last to be secondary creep
 
 /// Points with a logarithm that advance creep_time.
@@ -50,6 +51,7 @@ struct Line {
   double intercept = 0.0;
   double slope = 0.0;
   double slope_standard_error = 0.0;
+  double scatter = 0.0;  // standard deviation about the line
   std::optional<double> r_squared;
 };
 
@@ -83,7 +85,8 @@ std::optional<Line> fit_line(const std::vector<double>& abscissa, const std::vec
     const double miss = ordinate[i] - line.intercept - line.slope * abscissa[i];
     residual += miss * miss;
   }
-  line.slope_standard_error = std::sqrt(residual / static_cast<double>(count - 2) / xx);
+  line.scatter = std::sqrt(residual / static_cast<double>(count - 2));
+  line.slope_standard_error = line.scatter / std::sqrt(xx);
   // Below this spread the ordinates are equal to rounding, and a ratio of roundings is no correlation.
   const double rounding = 1e-14 * (1.0 + std::fabs(mean_y));
   if (yy > static_cast<double>(count) * rounding * rounding) line.r_squared = 1.0 - residual / yy;
@@ -108,6 +111,14 @@ std::optional<Plateau> find_plateau(const std::vector<StrainRate>& rates) {
   while (found->first > 0 && rates[found->first - 1].rate <= limit) --found->first;
   while (found->last + 1 < rates.size() && rates[found->last + 1].rate <= limit) ++found->last;
   return found;
+}
+
+/// How many times its minimum a smoothed rate must become to be more than scatter. A window averages at least
+/// kLeastWindow intervals.
+double significant_rise(const std::optional<SinghMitchellFit>& before) {
+  if (!before) return kRise;
+  const double deviation = before->ln_rate_scatter / std::sqrt(static_cast<double>(kLeastWindow));
+  return std::max(kRise, std::exp(kSignificance * deviation));
 }
 
 }  // namespace
@@ -157,6 +168,7 @@ std::optional<SinghMitchellFit> fit_singh_mitchell(const std::vector<StrainRate>
   fit.m = -line->slope;
   fit.m_standard_error = line->slope_standard_error;
   fit.r_squared = line->r_squared;
+  fit.ln_rate_scatter = line->scatter;
   fit.ln_rate_at_1_s = line->intercept;
   fit.points = ln_rate.size();
   return fit;
@@ -183,7 +195,8 @@ CreepAnalysis analyse_creep(const CreepCurve& curve) {
     const StrainRate& least = smooth[plateau->least];
     const double earliest = smooth[plateau->first].creep_time;
     const double latest = smooth[plateau->last].creep_time;
-    const auto rose = [&](const StrainRate& point) { return point.rate >= kRise * least.rate; };
+    const double rise = significant_rise(fit_singh_mitchell(analysis.rates, 0.0, earliest));
+    const auto rose = [&](const StrainRate& point) { return point.rate >= rise * least.rate; };
     const auto after = smooth.begin() + static_cast<std::ptrdiff_t>(plateau->least);
     if (std::any_of(after, smooth.end(), rose)) {
       analysis.phase = CreepPhase::kTertiary;

@@ -36,6 +36,7 @@ struct SinghMitchellFit {
   double m = 0.0;                   ///< [-]; positive for a falling rate
   double m_standard_error = 0.0;    ///< of the regression [-]; says nothing of the scatter between specimens
   std::optional<double> r_squared;  ///< nullopt when all rates are equal
+  double ln_rate_scatter = 0.0;     ///< standard deviation of ln rate about the line [-]
   double ln_rate_at_1_s = 0.0;      ///< ln of the fitted rate in 1/s at creep_time = 1 s
   double window_begin = 0.0;        ///< creep_time of the first rate used [s]
   double window_end = 0.0;          ///< creep_time of the last rate used [s]

@@ -104,8 +104,8 @@ TEST_F(JobResultsTest, ComparesWithThePaperOnlyWhereTheSceneIsThePapers) {
   SyntheticJob longer;
   longer.duration = "20 d";
   const auto lines = compare(longer);
-  EXPECT_EQ(lines[0].paper, "0.584");
-  EXPECT_EQ(lines[2].paper, "–");
+  EXPECT_EQ(lines[1].paper, "0.584");
+  EXPECT_EQ(lines[3].paper, "–");
 }
 
 TEST_F(JobResultsTest, CountsStagesOfAnUnfinishedHoldWithoutJudgingThem) {
@@ -113,8 +113,8 @@ TEST_F(JobResultsTest, CountsStagesOfAnUnfinishedHoldWithoutJudgingThem) {
   job.finished = false;
   const JobResults results = made(job);
   const auto lines = comparisons(results, last_hold(results));
-  EXPECT_EQ(lines[2].run, "15");
-  EXPECT_EQ(lines[2].difference, "–");
+  EXPECT_EQ(lines[3].run, "15");
+  EXPECT_EQ(lines[3].difference, "–");
 }
 
 TEST_F(JobResultsTest, HasChartsAtEveryStateOfARun) {
