@@ -25,8 +25,11 @@ constexpr double kPackingVelocity =
     0.5;                                // closing speed of a pair of walls [m/s]; inertial number about 4e-3
 constexpr double kFirstFriction = 0.5;  // [-]
 constexpr std::int64_t kFrictionHalving = 5000;  // cycles in which friction halves
-constexpr double kLeastFriction = 1e-3;          // below it: zero [-]
-constexpr double kRestoreUnbalanced = 1e-3;      // unbalanced force ratio at which packing ends [-]
+constexpr double kFirstMargin = 0.01;   // void ratio above the target at which the first fall ends [-]
+constexpr double kCloseEnough = 0.001;  // of the target void ratio: no further fall [-]
+constexpr std::int64_t kMostFalls = 12;
+constexpr double kLeastFriction = 1e-3;      // below it: zero [-]
+constexpr double kRestoreUnbalanced = 1e-3;  // unbalanced force ratio at which packing ends [-]
 constexpr std::int64_t kQuietCycles = 2000;
 constexpr std::int64_t kMostCycles = 400000;  // of one step
 
@@ -225,6 +228,21 @@ void finish(Specimen& specimen, PackingState& state, const Experiment& experimen
   state.step = PackingState::Step::kDone;
 }
 
+/// After settling at full friction: another fall of friction if the specimen is still too loose.
+bool fall_again(Specimen& specimen, PackingState& state, const Experiment& experiment) {
+  const double target = experiment.specimen.void_ratio;
+  const double e = void_ratio(specimen.walls, specimen.initial_mass / experiment.material.density);
+  const bool densest = state.generation_friction == 0.0;
+  if (e - target <= kCloseEnough || densest || ++state.falls >= kMostFalls) return false;
+  // Settling took it from stop_void_ratio to e; expect the same again, but always go on by half the way at
+  // least.
+  const double settling = std::max(0.0, state.stop_void_ratio - e);
+  state.stop_void_ratio = std::min(target + settling, 0.5 * (e + target));
+  specimen.friction = state.generation_friction;
+  start_step(state, PackingState::Step::kLowerFriction);
+  return true;
+}
+
 }  // namespace
 
 Specimen scatter(const Experiment& experiment) {
@@ -278,7 +296,10 @@ PackingFault pack_one_cycle(Specimen& specimen, PackingState& state, const Exper
       break;
     case Step::kCompress:
       if (!rough_target) state.quiet_since = cycle;
-      if (cycle - state.quiet_since >= kQuietCycles) start_step(state, Step::kLowerFriction);
+      if (cycle - state.quiet_since >= kQuietCycles) {
+        state.stop_void_ratio = experiment.specimen.void_ratio + kFirstMargin;
+        start_step(state, Step::kLowerFriction);
+      }
       break;
     case Step::kLowerFriction: {
       // (1 - ln 2 / N) each cycle halves in N cycles.
@@ -291,7 +312,7 @@ PackingFault pack_one_cycle(Specimen& specimen, PackingState& state, const Exper
         state.lowest_void_ratio = e;
       }
       const bool densest = cycle - state.quiet_since >= 5 * kQuietCycles;
-      if ((e <= experiment.specimen.void_ratio && rough_target) || densest) {
+      if (e <= state.stop_void_ratio || densest) {
         state.generation_friction = specimen.friction;
         specimen.friction = experiment.material.friction;
         start_step(state, Step::kRestore);
@@ -301,7 +322,7 @@ PackingFault pack_one_cycle(Specimen& specimen, PackingState& state, const Exper
     case Step::kRestore:
       if (!on_target(specimen, stress, experiment.numerics.settle_tolerance)) state.quiet_since = cycle;
       if (cycle - state.quiet_since >= kQuietCycles && specimen.unbalanced_force_ratio < kRestoreUnbalanced) {
-        finish(specimen, state, experiment, dynamics);
+        if (!fall_again(specimen, state, experiment)) finish(specimen, state, experiment, dynamics);
       }
       break;
     case Step::kDone:

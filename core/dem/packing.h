@@ -2,11 +2,12 @@
 // ratio.
 //
 // With rotation blocked the friction in use decides the void ratio at a given stress, so it is searched for:
-// the box holds the isotropic stress by servo while friction falls slowly, and when the void ratio reaches
-// the target the friction of the material is restored and equilibrium awaited. The friction at that moment is
-// the generation friction, a result that is reported. Strains are zero at the end.
+// the box holds the isotropic stress by servo while friction falls slowly; near the target void ratio the
+// friction of the material is restored and equilibrium awaited. A specimen still compacts while it settles,
+// so the first fall ends early and further falls take it to the target. The friction at the end of the last
+// is the generation friction, a result that is reported. Strains are zero at the end.
 //
-//   grow -> compress -> lower friction -> restore -> done
+//   grow -> compress -> lower friction <-> restore -> done
 #pragma once
 
 #include <cstdint>
@@ -26,6 +27,8 @@ struct PackingState {
   std::int64_t step_cycle = 0;       ///< since the step began
   std::int64_t quiet_since = 0;      ///< step_cycle from which the stress has been on target
   double lowest_void_ratio = 0.0;    ///< before the present window of a specimen at zero friction
+  double stop_void_ratio = 0.0;      ///< at which the present fall of friction ends
+  std::int64_t falls = 0;            ///< of friction, so far
   double generation_friction = 0.0;  ///< found
 };
 

@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/arithmetic/check.h"
+#include "core/arithmetic/elementary.h"
 #include "core/dem/dynamics.h"
 #include "core/dem/measures.h"
 #include "core/dem/packing.h"
@@ -386,9 +387,9 @@ Progress Run::progress() const {
   progress.stage = std::string(stage_name(stage));
   if (const auto* creep = std::get_if<CreepStage>(&stage)) {
     // Stages of a hold come evenly in log time; the first decades before 1 s hold none.
-    const double decades = std::log10(1.0 + state.specimen.clocks.creep_time());
+    const double logs = elementary::log(1.0 + state.specimen.clocks.creep_time());
     progress.stage_fraction =
-        cursor.act == Cursor::Act::kDone ? 1.0 : decades / std::log10(1.0 + creep->duration);
+        cursor.act == Cursor::Act::kDone ? 1.0 : logs / elementary::log(1.0 + creep->duration);
   } else {
     progress.stage_fraction = state.specimen.walls.stress(2) / cursor.target;
   }

@@ -239,6 +239,8 @@ void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor) {
   archive(packing.step_cycle);
   archive(packing.quiet_since);
   archive(packing.lowest_void_ratio);
+  archive(packing.stop_void_ratio);
+  archive(packing.falls);
   archive(packing.generation_friction);
   archive(cursor.act);
   archive(cursor.stage);
