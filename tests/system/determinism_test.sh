@@ -19,8 +19,8 @@ sed 's/^\[numerics\]$/&\nskin = "1.05 um"/' "$job" >"$work/skin.toml"
 expect_exit 0 run_job "$work/skin" "$work/skin.toml"
 same_result "$work/skin"
 
-expect_exit 0 run_job "$work/rebuild-7" "$job" --rebuild-every 7
-same_result "$work/rebuild-7"
+expect_exit 0 run_job "$work/searches" "$job" --rebuild-every 1
+same_result "$work/searches"
 
 if [[ -x "${CREEP_OTHER_BIN:-}/creepctl" ]]; then
   bin=$CREEP_OTHER_BIN expect_exit 0 run_job "$work/other"
