@@ -94,6 +94,12 @@ Layout layout(const Chart& chart) {
       if (!drawable(chart.x.scale, series.x[i]) || !drawable(chart.y.scale, series.y[i])) continue;
       points.push_back({out.place(chart.x.scale, chart.y.scale, series.x[i], series.y[i]), i});
     }
+    if (series.shape == Shape::kBars) {
+      for (const PlacedPoint& point : points) {
+        for (double y = point.at.y; y < out.plot.y + out.plot.height; y += 8.0)
+          out.bar_bodies.push_back({point.at.x, y});
+      }
+    }
     out.paths.push_back(path_of(series, points));
     out.points.push_back(std::move(points));
   }
@@ -103,7 +109,7 @@ Layout layout(const Chart& chart) {
 Box place_box(const Layout& layout, double width, double height) {
   constexpr double kGap = 12.0;
   const Box& plot = layout.plot;
-  std::vector<Point> ink;
+  std::vector<Point> ink = layout.bar_bodies;
   for (const auto& points : layout.points) {
     for (const PlacedPoint& point : points) ink.push_back(point.at);
   }

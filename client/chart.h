@@ -47,7 +47,7 @@ struct Landmark {
   std::string label;
 };
 
-/// A thin line across the plot at a y value, with a text on it.
+/// A dashed line across the plot at a y value, named in the legend.
 struct LevelLine {
   double y = 0.0;
   std::string label;
@@ -89,6 +89,8 @@ struct Layout {
   std::vector<Tick> y_ticks;
   std::vector<std::vector<PlacedPoint>> points;  ///< per series, without the values the axes cannot hold
   std::vector<std::vector<Point>> paths;         ///< per series, the line through its points; empty for bars
+
+  std::vector<Point> bar_bodies;  ///< points along all bars, for what must not cover them
 
   Point place(Scale x_scale, Scale y_scale, double x, double y) const;
 };

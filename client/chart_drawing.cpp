@@ -141,11 +141,6 @@ void draw_levels(Canvas& canvas, const Chart& chart, const Layout& placed) {
   for (const LevelLine& level : chart.levels) {
     const double y = y_at(chart, placed, level.y);
     canvas.line({{plot.x, y}, {plot.x + plot.width, y}}, color_of(Hue::kVermilion), 1.4, Dash::kDashed);
-    // On a white ground, as bars may reach above the line.
-    const double width = canvas.text_width(level.label, kSmallSize);
-    canvas.rectangle(plot.x + plot.width - 12.0 - width, y - 18.5, width + 8.0, 16.0, kWhite, 0.9);
-    canvas.text({plot.x + plot.width - 8.0, y - 6.0}, level.label, kSmallSize, Align::kRight,
-                color_of(Hue::kVermilion));
   }
 }
 
@@ -167,6 +162,10 @@ void draw_legend(Canvas& canvas, const Chart& chart, const Layout& placed) {
     width = std::max(width, kLegendKey + canvas.text_width(series.label, kSmallSize));
     ++rows;
   }
+  for (const LevelLine& level : chart.levels) {
+    width = std::max(width, kLegendKey + canvas.text_width(level.label, kSmallSize));
+    ++rows;
+  }
   for (const std::string& note : chart.notes) width = std::max(width, canvas.text_width(note, kSmallSize));
   if (rows + chart.notes.size() == 0) return;
   const double height = static_cast<double>(rows + chart.notes.size()) * kLegendRow + 2.0 * kLegendPad - 4.0;
@@ -179,6 +178,11 @@ void draw_legend(Canvas& canvas, const Chart& chart, const Layout& placed) {
     if (series.label.empty()) continue;
     draw_legend_key(canvas, series, x, y - 4.0);
     canvas.text({x + kLegendKey, y}, series.label, kSmallSize, Align::kLeft, kInk);
+    y += kLegendRow;
+  }
+  for (const LevelLine& level : chart.levels) {
+    canvas.line({{x, y - 4.0}, {x + 26.0, y - 4.0}}, color_of(Hue::kVermilion), 1.4, Dash::kDashed);
+    canvas.text({x + kLegendKey, y}, level.label, kSmallSize, Align::kLeft, kInk);
     y += kLegendRow;
   }
   for (const std::string& note : chart.notes) {

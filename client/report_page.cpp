@@ -83,7 +83,7 @@ std::string warnings(const JobResults& results) {
 std::string comparison_section(const JobResults& results, const std::optional<Hold>& hold) {
   Rows rows;
   for (const Comparison& line : comparisons(results, hold)) {
-    rows.push_back({absl::StrReplaceAll(line.quantity, {{"I_{G}", "I_{G}"}}), line.run, line.paper,
+    rows.push_back({absl::StrReplaceAll(line.quantity, {{"I_G", "I_{G}"}}), line.run, line.paper,
                     line.difference, line.scatter});
   }
   const PaperScene scene = paper_scene(results);
@@ -150,8 +150,8 @@ std::string analysis_section(const std::optional<Hold>& hold) {
       "on log time over primary creep only; with 5 to 14 points it is uncertain by about "
       "±0.2. Tertiary creep begins "
       "where the rate smoothed over three intervals, or a factor of 2 in time if that is more, "
-      "is least, if it later "
-      "doubles.</p>\n");
+      "is least, if it later doubles (or rises further, where "
+      "the rates scatter so much that doubling says nothing).</p>\n");
 }
 
 std::string charts_section(const JobResults& results, const std::optional<Hold>& hold) {

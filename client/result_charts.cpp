@@ -297,7 +297,7 @@ std::optional<NamedChart> ripple_chart(const JobResults& results, const Hold& ho
   chart.x = {"dynamic stage (0 = initial)", Scale::kLinear, {}, {}, true};
   chart.y = {"largest |σ_{a}/target – 1| (%)", Scale::kLinear, 0.0, {}, false};
   chart.series = {ripple};
-  chart.levels = {{kPercent * kPaperRipple, "Lei et al.: below 4 %"}};
+  chart.levels = {{kPercent * kPaperRipple, "Lei et al. stayed below 4 %"}};
   return NamedChart{
       "stress_ripple",
       "Largest deviation of the axial stress from its target in each dynamic stage of the hold.", chart};
