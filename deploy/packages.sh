@@ -8,8 +8,9 @@ creep_build_packages=(
   g++ cmake ninja-build pkg-config
   libeigen3-dev libtomlplusplus-dev librandom123-dev libabsl-dev libcli11-dev nlohmann-json3-dev
   libssl-dev libcairo2-dev fonts-dejavu-core
+  libgrpc++-dev protobuf-compiler-grpc protobuf-compiler libprotobuf-dev libsqlite3-dev
 )
-creep_test_packages=(libgtest-dev clang-format)
+creep_test_packages=(libgtest-dev clang-format python3-grpcio)
 creep_tidy_packages=(clang-tidy)
 
 # Sets missing_packages to those of the given packages that are not installed.
