@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/commands/checkpoint_show.h"
+#include "client/commands/completion.h"
 #include "client/commands/init.h"
 #include "client/commands/plot.h"
 #include "client/commands/report.h"
@@ -44,6 +45,7 @@ int main(int argument_count, char** arguments) {
 
   int exit_code = creepctl::kOk;
   creepctl::add_checkpoint(app, exit_code);
+  creepctl::add_completion(app, exit_code);
   creepctl::add_init(app, exit_code);
   creepctl::add_plot(app, exit_code);
   creepctl::add_report(app, exit_code);

@@ -1,8 +1,10 @@
 #include "client/terminal.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cstdlib>
+#include <cstring>
 
 namespace creepctl {
 namespace {
@@ -15,9 +17,31 @@ std::string painted(std::string_view escape, std::string_view text, std::FILE* s
 
 }  // namespace
 
+bool is_terminal(std::FILE* stream) { return ::isatty(fileno(stream)) == 1; }
+
+int terminal_width(std::FILE* stream) {
+  winsize size{};
+  if (::ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  return 80;
+}
+
+bool terminal_draws_unicode() {
+  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
+    const char* value = std::getenv(name);
+    if (value == nullptr || *value == '\0') continue;
+    return std::strstr(value, "UTF-8") != nullptr || std::strstr(value, "utf8") != nullptr;
+  }
+  return false;
+}
+
+void complain(std::string_view message) {
+  std::fprintf(stderr, "%s %.*s\n", red("creepctl:", stderr).c_str(), static_cast<int>(message.size()),
+               message.data());
+}
+
 bool colour_wanted(std::FILE* stream) {
   const char* no_colour = std::getenv("NO_COLOR");  // no-color.org: any non-empty value
-  return isatty(fileno(stream)) == 1 && (no_colour == nullptr || *no_colour == '\0');
+  return is_terminal(stream) && (no_colour == nullptr || *no_colour == '\0');
 }
 
 std::string red(std::string_view text, std::FILE* stream) { return painted("\033[1;31m", text, stream); }

@@ -1,13 +1,9 @@
 #include "client/commands/run.h"
 
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -15,6 +11,7 @@
 
 #include "client/exit_codes.h"
 #include "client/job_file.h"
+#include "client/progress_display.h"
 #include "client/run_folder.h"
 #include "client/run_progress.h"
 #include "client/terminal.h"
@@ -23,7 +20,6 @@
 namespace creepctl {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using nlohmann::ordered_json;
 
 struct Options {
@@ -33,80 +29,6 @@ struct Options {
   bool allow_inexact = false;
   std::int64_t rebuild_every = 0;
   bool json = false;
-};
-
-void complain(const std::string& message) {
-  std::fprintf(stderr, "%s %s\n", red("creepctl:", stderr).c_str(), message.c_str());
-}
-
-bool terminal_draws_unicode() {
-  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
-    const char* value = std::getenv(name);
-    if (value == nullptr || *value == '\0') continue;
-    return std::strstr(value, "UTF-8") != nullptr || std::strstr(value, "utf8") != nullptr;
-  }
-  return false;
-}
-
-int terminal_width(std::FILE* stream) {
-  winsize size{};
-  if (::ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
-  return 80;
-}
-
-/// The progress of one run on one stream: a line that is drawn over on a terminal, whole lines elsewhere.
-class Display {
- public:
-  Display(std::FILE* stream, const creep::Experiment& experiment, std::filesystem::path progress_file)
-      : stream_(stream),
-        experiment_(experiment),
-        progress_file_(std::move(progress_file)),
-        live_(::isatty(fileno(stream)) == 1),
-        unicode_(terminal_draws_unicode()) {}
-
-  void refresh(bool at_the_end) {
-    const auto progress = parse_run_progress(read_text(progress_file_));
-    if (!progress) return;
-    warn(progress->warnings);
-    const bool stage_began =
-        progress->stage_index != shown_stage_ || progress->dynamic_stage != shown_dynamic_stage_;
-    if (live_) {
-      const int width = terminal_width(stream_) - 1;  // the last column would wrap
-      std::fprintf(stream_, "\r\033[K%s", live_line(*progress, experiment_, width, unicode_).c_str());
-    } else if (at_the_end || stage_began || Clock::now() - shown_ >= std::chrono::seconds(5)) {
-      const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-      std::fprintf(stream_, "[%.0f s] %s\n", elapsed, plain_line(*progress, experiment_).c_str());
-      shown_ = Clock::now();
-    }
-    shown_stage_ = progress->stage_index;
-    shown_dynamic_stage_ = progress->dynamic_stage;
-    if (live_ && at_the_end) std::fputc('\n', stream_);
-    std::fflush(stream_);
-  }
-
-  void clear() {
-    if (live_) std::fputs("\r\033[K", stream_);
-    std::fflush(stream_);
-  }
-
- private:
-  void warn(const std::vector<std::string>& warnings) {
-    for (; warnings_shown_ < warnings.size(); ++warnings_shown_) {
-      clear();
-      std::fprintf(stderr, "%s %s\n", yellow("warning:", stderr).c_str(), warnings[warnings_shown_].c_str());
-    }
-  }
-
-  std::FILE* stream_;
-  const creep::Experiment& experiment_;
-  std::filesystem::path progress_file_;
-  bool live_;
-  bool unicode_;
-  Clock::time_point start_ = Clock::now();
-  Clock::time_point shown_{};
-  std::int64_t shown_stage_ = -2;  // none
-  std::int64_t shown_dynamic_stage_ = -1;
-  std::size_t warnings_shown_ = 0;
 };
 
 /// 74 and 75 are passed on; the other codes are translated to those of creepctl.
@@ -218,10 +140,15 @@ int compute(const Options& options, const creep::Experiment& experiment) {
     complain(std::string(worker.status().message()));
     return kFailed;
   }
-  Display display(options.json ? stderr : stdout, experiment, folder / "progress.json");
+  ProgressDisplay display(options.json ? stderr : stdout, experiment);
+  const auto refresh = [&](bool at_the_end) {
+    if (const auto progress = parse_run_progress(read_text(folder / "progress.json"))) {
+      display.show(*progress, at_the_end);
+    }
+  };
   std::optional<WorkerEnd> end;
-  while (!(end = worker->wait(std::chrono::milliseconds(250)))) display.refresh(false);
-  display.refresh(true);
+  while (!(end = worker->wait(std::chrono::milliseconds(250)))) refresh(false);
+  refresh(true);
   const int exit_code = exit_code_of(*end);
   if (exit_code != kOk) explain(*end, folder);
   if (options.json) {
