@@ -1,0 +1,127 @@
+// A damaged checkpoint is refused, never loaded and never a crash.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/run/run.h"
+#include "core/run/state.h"
+#include "tests/core/run_scene.h"
+
+namespace creep {
+namespace {
+
+using testing::short_job;
+using testing::started;
+
+/// A run in its second dynamic stage: contacts, fines and every clock are there.
+const std::string& sound() {
+  static const std::string checkpoint = [] {
+    const std::unique_ptr<Run> run = started(short_job());
+    while (run->progress().phase != Phase::kAgeing) run->advance(1000000);
+    run->advance(100);
+    return run->checkpoint();
+  }();
+  return checkpoint;
+}
+
+void expect_refused(const std::string& bytes, const std::string& what) {
+  const auto state = read_checkpoint(bytes);
+  ASSERT_FALSE(state.ok()) << what;
+  ASSERT_TRUE(absl::IsDataLoss(state.status())) << what << ": " << state.status();
+  ASSERT_TRUE(absl::IsDataLoss(read_checkpoint_info(bytes).status())) << what;
+}
+
+TEST(Checkpoint, is_refused_at_every_truncated_length) {
+  const std::string& whole = sound();
+  ASSERT_TRUE(read_checkpoint(whole).ok());
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    ASSERT_NO_FATAL_FAILURE(expect_refused(whole.substr(0, length), "length " + std::to_string(length)));
+  }
+}
+
+TEST(Checkpoint, is_refused_with_any_byte_flipped) {
+  std::mt19937_64 engine(11);
+  const std::string& whole = sound();
+  for (int k = 0; k < 400; ++k) {
+    std::string damaged = whole;
+    // Half of the flips among the heads at the front.
+    const std::size_t at = engine() % (k % 2 == 0 ? whole.size() : 300);
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << (engine() % 8)));
+    ASSERT_NO_FATAL_FAILURE(expect_refused(damaged, "bit flipped in byte " + std::to_string(at)));
+    // Bits flipped in transit are damage, whatever they hit.
+    const auto resumed = Run::resume(short_job(), {}, damaged);
+    ASSERT_TRUE(absl::IsDataLoss(resumed.status())) << "byte " << at << ": " << resumed.status();
+  }
+}
+
+TEST(Checkpoint, is_refused_with_bytes_behind_it_or_of_something_else) {
+  expect_refused(sound() + "x", "a byte behind");
+  expect_refused(sound() + sound(), "twice");
+  expect_refused("", "empty");
+  expect_refused(std::string(100000, '\0'), "zeros");
+  expect_refused("CREEPCK\n", "magic alone");
+  std::mt19937_64 engine(1);
+  for (int k = 0; k < 100; ++k) {
+    std::string noise = "CREEPCK\n";
+    for (int byte = 0; byte < 500; ++byte) noise.push_back(static_cast<char>(engine()));
+    expect_refused(noise, "noise");
+  }
+}
+
+TEST(Checkpoint, of_another_experiment_is_refused) {
+  Experiment other = short_job();
+  other.material.friction = 0.3;
+  EXPECT_TRUE(absl::IsInvalidArgument(Run::resume(other, {}, sound()).status()));
+  Experiment renamed = short_job();
+  renamed.name = "the same physics";
+  renamed.numerics.skin = 3e-6;
+  EXPECT_TRUE(Run::resume(renamed, {}, sound()).ok()) << "name and skin change no result";
+}
+
+TEST(Checkpoint, tells_where_it_was_made) {
+  const auto info = read_checkpoint_info(sound());
+  ASSERT_TRUE(info.ok()) << info.status();
+  const auto run = Run::resume(short_job(), {}, sound());
+  ASSERT_TRUE(run.ok()) << run.status();
+  EXPECT_EQ(info->format_version, kCheckpointVersion);
+  EXPECT_EQ(info->arithmetic_id, arithmetic_id(""));
+  EXPECT_EQ(info->experiment_hash, experiment_hash(short_job()));
+  EXPECT_EQ(info->state_digest, (*run)->state_digest());
+  EXPECT_EQ(info->next_sequence, (*run)->next_sequence());
+  EXPECT_EQ(info->stage, "creep");
+  EXPECT_EQ(info->particles, (*run)->progress().particles);
+  EXPECT_GT(info->cycle, 1000);
+  EXPECT_GT(info->age, 0.0);
+  EXPECT_GT(info->dynamic_time, 0.0);
+  EXPECT_GT(info->creep_time, info->age);
+  EXPECT_GT(info->axial_strain, 0.0);
+  EXPECT_GT(info->broken_total, 0);
+  EXPECT_FALSE(info->inexact);
+}
+
+TEST(Checkpoint, made_with_other_arithmetic_needs_a_word_and_leaves_a_mark) {
+  // A checkpoint that is whole but claims another arithmetic.
+  const auto info = read_checkpoint_info(sound());
+  const auto state = read_checkpoint(sound());
+  ASSERT_TRUE(info.ok() && state.ok());
+  CheckpointInfo foreign = *info;
+  foreign.arithmetic_id = "0123456789abcdef";
+  const std::string checkpoint = write_checkpoint(*state, foreign);
+  EXPECT_TRUE(absl::IsFailedPrecondition(Run::resume(short_job(), {}, checkpoint).status()));
+  RunOptions options;
+  options.allow_inexact = true;
+  const auto run = Run::resume(short_job(), options, checkpoint);
+  ASSERT_TRUE(run.ok()) << run.status();
+  EXPECT_TRUE((*run)->inexact());
+  EXPECT_TRUE(read_checkpoint_info((*run)->checkpoint())->inexact);
+}
+
+TEST(Checkpoint, reads_back_every_bit_it_wrote) {
+  const auto info = read_checkpoint_info(sound());
+  const auto state = read_checkpoint(sound());
+  ASSERT_TRUE(info.ok() && state.ok());
+  EXPECT_EQ(write_checkpoint(*state, *info), sound());
+}
+
+}  // namespace
+}  // namespace creep
