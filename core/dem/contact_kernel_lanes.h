@@ -8,6 +8,7 @@
 
 #include "core/dem/kernels.h"
 #include "core/dem/lanes.h"
+#include "core/dem/quad.h"
 
 namespace creep::CREEP_KERNEL_NAMESPACE {
 
@@ -58,6 +59,46 @@ inline Int to_quanta(Mask mask, Vec value, double scale) {
   return bits(keep(mask, clamped) + all(quanta::kMagic)) - bits(all(quanta::kMagic));
 }
 
+/// Adds the forces of contacts c, c+1, ... to their particles, in this order, but for deferred ends.
+inline void scatter(const ContactPhase& phase, std::size_t c, const ContactForce* force) {
+  double* const resultant = &phase.resultant->x;
+  std::uint64_t deferred = 0;
+  __builtin_memcpy(&deferred, phase.deferred + c, kLanes);
+  if (deferred == 0) {
+#pragma GCC unroll 8
+    for (int k = 0; k < kLanes; ++k) {
+      const Quad f = load_quad(&force[k].x);
+      double* const first =
+          resultant + 4 * static_cast<std::ptrdiff_t>(phase.first[c + static_cast<std::size_t>(k)]);
+      double* const second =
+          resultant + 4 * static_cast<std::ptrdiff_t>(phase.second[c + static_cast<std::size_t>(k)]);
+      store_quad(first, load_quad(first) + f);
+      store_quad(second, load_quad(second) - f);
+    }
+    return;
+  }
+  for (int k = 0; k < kLanes; ++k) {
+    const std::size_t at = c + static_cast<std::size_t>(k);
+    const Quad f = load_quad(&force[k].x);
+    double* const first = resultant + 4 * static_cast<std::ptrdiff_t>(phase.first[at]);
+    double* const second = resultant + 4 * static_cast<std::ptrdiff_t>(phase.second[at]);
+    if (phase.deferred[at] != 0) store_quad(&phase.force[at].x, f);
+    if ((phase.deferred[at] & kDeferFirst) == 0) store_quad(first, load_quad(first) + f);
+    if ((phase.deferred[at] & kDeferSecond) == 0) store_quad(second, load_quad(second) - f);
+  }
+}
+
+template <bool kMeasure>
+inline void hand_over(const ContactPhase& phase, std::size_t c, const Lanes3& f, Vec stiffness) {
+  if constexpr (kMeasure) {
+    store_forces(phase.force + c, f.x, f.y, f.z, stiffness);
+  } else {
+    alignas(64) ContactForce force[kLanes];
+    store_forces(force, f.x, f.y, f.z, all(0.0));
+    scatter(phase, c, force);
+  }
+}
+
 template <bool kRough, bool kMeasure, bool kCheck>
 void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, ContactSums& sums) {
   const Vec zero = all(0.0);
@@ -78,7 +119,7 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
       store(phase.shear_x + c, zero);
       store(phase.shear_y + c, zero);
       store(phase.shear_z + c, zero);
-      store_forces(phase.force + c, zero, zero, zero, zero);
+      hand_over<kMeasure>(phase, c, {zero, zero, zero}, zero);
       if constexpr (kMeasure) store(phase.stress + c, zero);
       continue;
     }
@@ -114,8 +155,8 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
     store(phase.shear_y + c, keep(touching, t.y));
     store(phase.shear_z + c, keep(touching, t.z));
     const Lanes3 f = fma3(zero - fn, n, t);
-    store_forces(phase.force + c, keep(touching, f.x), keep(touching, f.y), keep(touching, f.z),
-                 keep(touching, kn));
+    hand_over<kMeasure>(phase, c, {keep(touching, f.x), keep(touching, f.y), keep(touching, f.z)},
+                        keep(touching, kn));
 
     const Vec area = root_radius * root_radius * overlap;
     if constexpr (kCheck) {

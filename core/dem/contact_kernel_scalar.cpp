@@ -48,6 +48,20 @@ double dot(double ax, double ay, double az, double bx, double by, double bz) {
   return std::fma(ax, bx, std::fma(ay, by, az * bz));
 }
 
+/// To the slot, or straight to the particles.
+void hand_over(const ContactPhase& phase, CycleKind kind, std::size_t c, const ContactForce& f) {
+  const std::uint8_t deferred = kind.measure ? kDeferFirst | kDeferSecond : phase.deferred[c];
+  if (deferred != 0) phase.force[c] = f;
+  if ((deferred & kDeferFirst) == 0) {
+    ContactForce& sum = phase.resultant[phase.first[c]];
+    sum = {sum.x + f.x, sum.y + f.y, sum.z + f.z, 0.0};
+  }
+  if ((deferred & kDeferSecond) == 0) {
+    ContactForce& sum = phase.resultant[phase.second[c]];
+    sum = {sum.x - f.x, sum.y - f.y, sum.z - f.z, 0.0};
+  }
+}
+
 void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, ContactSums& sums) {
   const Body& a = phase.body[phase.first[c]];
   const Body& b = phase.body[phase.second[c]];
@@ -57,7 +71,7 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   const double overlap = reach - distance;
   if (!(overlap > 0.0)) {
     phase.shear_x[c] = phase.shear_y[c] = phase.shear_z[c] = 0.0;
-    phase.force[c] = {0.0, 0.0, 0.0, 0.0};
+    hand_over(phase, kind, c, {0.0, 0.0, 0.0, 0.0});
     if (kind.measure) phase.stress[c] = 0.0;
     return;
   }
@@ -99,7 +113,7 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   phase.shear_z[c] = tz;
   const double fx = std::fma(0.0 - fn, nx, tx), fy = std::fma(0.0 - fn, ny, ty),
                fz = std::fma(0.0 - fn, nz, tz);
-  phase.force[c] = {fx, fy, fz, kn};
+  hand_over(phase, kind, c, {fx, fy, fz, kn});
 
   const double area = root_radius * root_radius * overlap;  // eq 12, over pi
   if (kind.check && fn > std::min(a.breaking_stress, b.breaking_stress) * area) sums.breaking = true;

@@ -5,11 +5,10 @@
 
 #include "core/arithmetic/check.h"
 #include "core/arithmetic/elementary.h"
+#include "core/dem/kernels.h"
 
 namespace creep {
 namespace {
-
-constexpr std::size_t kPadding = 8;  // widest vector of a kernel
 
 int clamp_cell(double coordinate, int cells) {
   const int cell = static_cast<int>(std::floor(std::clamp(coordinate, -1.0, static_cast<double>(cells))));
@@ -40,6 +39,7 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
     }
   });
   lay_rows(specimen, team);
+  share_out(contacts, n, team);
   carry_shear(contacts, team, new_index);
 
   contacts.near_walls.resize(n);
@@ -174,7 +174,7 @@ void ContactSearch::lay_rows(Specimen& specimen, Team& team) {
   std::size_t m = 0;
   for (const auto& found : found_) m += found.size();
   CREEP_CHECK(m < 0x7ffffff0u, "more contacts than 32-bit indices hold");
-  const std::size_t padded = (m + kPadding - 1) / kPadding * kPadding;
+  const std::size_t padded = (m + kKernelGrain - 1) / kKernelGrain * kKernelGrain;
   contacts.count = m;
   contacts.first.resize(padded);
   contacts.second.resize(padded);
@@ -222,6 +222,34 @@ void ContactSearch::lay_rows(Specimen& specimen, Team& team) {
   for (std::size_t c = 0; c < m; ++c) {
     const auto second = static_cast<std::size_t>(contacts.second[c]);
     contacts.lower_contact[static_cast<std::size_t>(next[second]++)] = static_cast<std::int32_t>(c);
+  }
+}
+
+void ContactSearch::share_out(Contacts& contacts, std::size_t particles, const Team& team) const {
+  contacts.resultant.assign(particles, ContactForce{0.0, 0.0, 0.0, 0.0});
+  contacts.shared.assign(particles, 0);
+  contacts.deferred.assign(contacts.first.size(), 0);
+  // Padding repeats the last contact and must not be added to its particles.
+  std::fill(contacts.deferred.begin() + static_cast<std::ptrdiff_t>(contacts.count), contacts.deferred.end(),
+            static_cast<std::uint8_t>(kDeferFirst | kDeferSecond));
+  for (int member = 1; member < team.size(); ++member) {
+    const auto border = static_cast<std::int32_t>(team.share(contacts.count, member, kKernelGrain).begin);
+    for (std::size_t i = 0; i < particles; ++i) {
+      // Contacts of lower neighbours come before own ones, each in ascending order.
+      const std::int32_t own_begin = contacts.own_begin[i], own_end = contacts.own_begin[i + 1];
+      const std::int32_t lower_begin = contacts.lower_begin[i], lower_end = contacts.lower_begin[i + 1];
+      if (own_begin == own_end && lower_begin == lower_end) continue;
+      const auto lower = [&](std::int32_t k) { return contacts.lower_contact[static_cast<std::size_t>(k)]; };
+      const std::int32_t least = lower_begin < lower_end ? lower(lower_begin) : own_begin;
+      const std::int32_t most = own_begin < own_end ? own_end - 1 : lower(lower_end - 1);
+      if (least < border && most >= border) contacts.shared[i] = 1;
+    }
+  }
+  if (team.size() == 1) return;
+  for (std::size_t c = 0; c < contacts.count; ++c) {
+    contacts.deferred[c] =
+        static_cast<std::uint8_t>(contacts.shared[static_cast<std::size_t>(contacts.first[c])] |
+                                  contacts.shared[static_cast<std::size_t>(contacts.second[c])] << 1);
   }
 }
 

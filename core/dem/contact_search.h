@@ -57,6 +57,7 @@ class ContactSearch {
   void find_pairs(const Body& body, std::int32_t index, std::size_t own_level,
                   std::vector<Pair>& found) const;
   void lay_rows(Specimen& specimen, Team& team);
+  void share_out(Contacts& contacts, std::size_t particles, const Team& team) const;
   void carry_shear(Contacts& contacts, Team& team, const std::vector<std::int32_t>* new_index);
 
   double skin_;

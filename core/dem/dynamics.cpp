@@ -67,8 +67,9 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   contact_phase.shear_y = contacts.shear_y.data();
   contact_phase.shear_z = contacts.shear_z.data();
   contact_phase.force = contacts.force.data();
+  contact_phase.resultant = contacts.resultant.data();
+  contact_phase.deferred = contacts.deferred.data();
   contact_phase.stress = contacts.stress.data();
-  contact_phase.count = contacts.count;
   contact_phase.law = model_.view();
   contact_phase.modulus = model_.modulus;
   contact_phase.tangential_ratio = model_.tangential_ratio;
@@ -76,7 +77,7 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   contact_phase.drift = kind.move ? specimen.last_time_step : 0.0;
   of_member_.assign(of_member_.size(), Sums{});
   team_.run([&](int member) {
-    const Share share = team_.share(contacts.count, member, 8);
+    const Share share = team_.share(contacts.count, member, kKernelGrain);
     kernels_.contacts(contact_phase, kind, share.begin, share.end,
                       of_member_[static_cast<std::size_t>(member)].contacts);
   });
@@ -89,6 +90,8 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   ParticlePhase phase;
   phase.body = particles.body.data();
   phase.force = contacts.force.data();
+  phase.resultant = contacts.resultant.data();
+  phase.shared = contacts.shared.data();
   phase.stress = contacts.stress.data();
   phase.own_begin = contacts.own_begin.data();
   phase.lower_begin = contacts.lower_begin.data();

@@ -1,7 +1,13 @@
 // The two kernels of a cycle and their compiled variants. (kernel)
 //
-//   contacts:  positions, velocities, shear history -> force of every contact          (one slot each)
-//   particles: wall contacts + slots in ascending neighbour id -> resultant -> kick, drift
+//   contacts:  positions, velocities, shear history -> force of every contact, added to both its particles
+//   particles: resultant + wall contacts -> kick, drift
+//
+// A particle's resultant is the sum over neighbours in ascending id, then walls 0 to 5. Contacts come in
+// ascending (first, second), so adding each to its particles in turn gives that order: all neighbours of
+// lower id own earlier contacts. Where the contacts of a particle fall to different threads ("shared"), and
+// in measuring cycles, forces go to slots instead, one a contact, and the particle kernel adds them in the
+// same order.
 //
 // There is one set of kernels an instruction set; "portable" is the plain scalar twin that tests hold the
 // others against. All sets compute the same bits. Sums over particles or contacts come back as integers of
@@ -26,6 +32,10 @@ struct LawView {
   std::int64_t base_mask = 0;  ///< clears the low cell_shift bits
 };
 
+/// Threads compute contacts in multiples of this, the widest vector.
+inline constexpr std::size_t kKernelGrain = 8;
+inline constexpr std::uint8_t kDeferFirst = 1, kDeferSecond = 2;
+
 /// Input and output of the contact kernel; pointers as in Contacts, arrays padded to 8.
 struct ContactPhase {
   const Body* body = nullptr;
@@ -35,9 +45,10 @@ struct ContactPhase {
   double* shear_x = nullptr;
   double* shear_y = nullptr;
   double* shear_z = nullptr;
-  ContactForce* force = nullptr;
+  ContactForce* force = nullptr;           ///< slots
+  ContactForce* resultant = nullptr;       ///< of particles; zero at the start of a cycle
+  const std::uint8_t* deferred = nullptr;  ///< kDeferFirst, kDeferSecond
   double* stress = nullptr;
-  std::size_t count = 0;  ///< without padding
   LawView law;
   double modulus = 0.0;           ///< E' [Pa]
   double tangential_ratio = 0.0;  ///< kt/kn [-]
@@ -58,6 +69,8 @@ struct ContactSums {
 struct ParticlePhase {
   Body* body = nullptr;
   const ContactForce* force = nullptr;
+  ContactForce* resultant = nullptr;     ///< left zero for the next cycle
+  const std::uint8_t* shared = nullptr;  ///< 1: add up slots instead
   const double* stress = nullptr;
   const std::int32_t* own_begin = nullptr;
   const std::int32_t* lower_begin = nullptr;

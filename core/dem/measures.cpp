@@ -116,11 +116,13 @@ ContactStress contact_stress(const Specimen& specimen, const ContactModel& model
   for (std::size_t c = 0; c < contacts.count; ++c) {
     const Body& a = body[static_cast<std::size_t>(contacts.first[c])];
     const Body& b = body[static_cast<std::size_t>(contacts.second[c])];
-    const ContactForce& f = contacts.force[c];
-    // The force on the first particle points away from the second in compression.
-    sum[0] -= f.x * (b.x - a.x);
-    sum[1] -= f.y * (b.y - a.y);
-    sum[2] -= f.z * (b.z - a.z);
+    const double force = model.between(a, b, contacts.root_radius[c]).force;
+    const double branch[3] = {b.x - a.x, b.y - a.y, b.z - a.z};
+    const double distance = std::sqrt(branch[0] * branch[0] + branch[1] * branch[1] + branch[2] * branch[2]);
+    const double shear[3] = {contacts.shear_x[c], contacts.shear_y[c], contacts.shear_z[c]};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sum[axis] += (force * branch[axis] / distance - shear[axis]) * branch[axis];
+    }
   }
   for (std::size_t i = 0; i < body.size(); ++i) {
     for (std::size_t wall = 0; wall < 6; ++wall) {
@@ -138,7 +140,9 @@ Coordination coordination(const Specimen& specimen, const ContactModel& model) {
   const auto& body = specimen.particles.body;
   std::vector<std::int32_t> ends(body.size(), 0);
   for (std::size_t c = 0; c < contacts.count; ++c) {
-    if (!(contacts.force[c].stiffness > 0.0)) continue;
+    const Body& a = body[static_cast<std::size_t>(contacts.first[c])];
+    const Body& b = body[static_cast<std::size_t>(contacts.second[c])];
+    if (!(model.between(a, b, contacts.root_radius[c]).overlap > 0.0)) continue;
     ++ends[static_cast<std::size_t>(contacts.first[c])];
     ++ends[static_cast<std::size_t>(contacts.second[c])];
   }

@@ -44,7 +44,7 @@ struct ContactStress {
   double axial = 0.0;   ///< z [Pa]
   double radial = 0.0;  ///< mean of x and y [Pa]
 };
-/// Love-Weber stress of the forces of the last cycle, wall contacts included.
+/// Love-Weber stress, wall contacts included. Needs a valid list.
 ContactStress contact_stress(const Specimen& specimen, const ContactModel& model);
 
 struct Coordination {

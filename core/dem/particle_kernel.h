@@ -113,36 +113,46 @@ void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin,
   double stiffest = sums.largest_stiffness_over_mass;
   for (std::size_t i = begin; i < end; ++i) {
     Body& body = phase.body[i];
-    Quad force = quad_all(0.0);  // lane 3 sums contact stiffness, of lower neighbours with the wrong sign
-    double wall_stiffness = 0.0, stress = 0.0;
+    double* const resultant = &phase.resultant[i].x;
+    Quad force = load_quad(resultant);
+    double contact_stiffness = 0.0, stress = 0.0;
+    if (kMeasure || phase.shared[i] != 0) {
+      force = quad_all(0.0);
+      const std::int32_t lower_end = phase.lower_begin[i + 1];
+      for (std::int32_t k = phase.lower_begin[i]; k < lower_end; ++k) {
+        const std::int32_t c = phase.lower_contact[k];
+        force = force - load_quad(&phase.force[c].x);
+        if constexpr (kMeasure) {
+          contact_stiffness += phase.force[c].stiffness;
+          stress = phase.stress[c] > stress ? phase.stress[c] : stress;
+        }
+      }
+      const std::int32_t own_end = phase.own_begin[i + 1];
+      for (std::int32_t c = phase.own_begin[i]; c < own_end; ++c) {
+        force = force + load_quad(&phase.force[c].x);
+        if constexpr (kMeasure) {
+          contact_stiffness += phase.force[c].stiffness;
+          stress = phase.stress[c] > stress ? phase.stress[c] : stress;
+        }
+      }
+    }
+    store_quad(resultant, quad_all(0.0));
+    double wall_stiffness = 0.0;
     if (const unsigned near = phase.near_walls[i]; near != 0) {
       const WallLoad load = wall_contacts(phase, body, near, kind, sums);
-      force = quad(load.force[0], load.force[1], load.force[2], 0.0);
+      force = force + quad(load.force[0], load.force[1], load.force[2], 0.0);
       wall_stiffness = load.stiffness;
-      stress = load.stress;
+      stress = load.stress > stress ? load.stress : stress;
       if (load.breaking > 0.0) {
         sums.breaking = true;
         phase.breaking[i] = load.breaking;
       }
     }
-    const std::int32_t lower_end = phase.lower_begin[i + 1];
-    for (std::int32_t k = phase.lower_begin[i]; k < lower_end; ++k) {
-      const std::int32_t c = phase.lower_contact[k];
-      force = force - load_quad(&phase.force[c].x);
-      if constexpr (kMeasure) stress = phase.stress[c] > stress ? phase.stress[c] : stress;
-    }
-    const Quad of_lower = force;
-    const std::int32_t own_end = phase.own_begin[i + 1];
-    for (std::int32_t c = phase.own_begin[i]; c < own_end; ++c) {
-      force = force + load_quad(&phase.force[c].x);
-      if constexpr (kMeasure) stress = phase.stress[c] > stress ? phase.stress[c] : stress;
-    }
     const double mass = phase.inertial_mass[i];
     if constexpr (kMeasure) {
-      alignas(32) double lower[4], f[4];
-      store_quad(lower, of_lower);
+      alignas(32) double f[4];
       store_quad(f, force);
-      const double stiffness = wall_stiffness + (f[3] - 2.0 * lower[3]);
+      const double stiffness = wall_stiffness + contact_stiffness;
       phase.mobilised_stress[i] = stress;
       if (stiffness > 0.0) {
         ++sums.with_contacts;

@@ -19,9 +19,7 @@ void pause_once() {
 }  // namespace
 
 Team::Team(int threads) {
-  for (int member = 1; member < threads; ++member) {
-    threads_.emplace_back([this, member] { serve(member); });
-  }
+  for (int member = 1; member < threads; ++member) threads_.emplace_back([this] { serve(); });
 }
 
 Team::~Team() {
@@ -47,26 +45,38 @@ void Team::call(Function function, void* context) {
   }
   function_ = function;
   context_ = context;
-  running_.store(static_cast<int>(threads_.size()), std::memory_order_relaxed);
-  round_.fetch_add(1, std::memory_order_release);
+  left_.store(size(), std::memory_order_relaxed);
+  const std::uint32_t round = round_.load(std::memory_order_relaxed) + 1;
+  ticket_.store(std::uint64_t{round} << 32, std::memory_order_release);
+  round_.store(round, std::memory_order_release);
   round_.notify_all();
-  function(context, 0);
+  work_on(round);
   int spins = 0;
-  for (int left = running_.load(std::memory_order_acquire); left != 0;
-       left = running_.load(std::memory_order_acquire)) {
+  for (int left = left_.load(std::memory_order_acquire); left != 0;
+       left = left_.load(std::memory_order_acquire)) {
     if (++spins < kSpins) {
       pause_once();
     } else {
-      running_.wait(left, std::memory_order_acquire);
+      left_.wait(left, std::memory_order_acquire);
     }
   }
 }
 
-void Team::serve(int member) {
-  unsigned seen = 0;
+void Team::work_on(std::uint32_t round) {
+  std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+  while (ticket >> 32 == round && static_cast<int>(ticket & 0xffffffffu) < size()) {
+    if (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel)) continue;
+    function_(context_, static_cast<int>(ticket & 0xffffffffu));
+    if (left_.fetch_sub(1, std::memory_order_acq_rel) == 1) left_.notify_one();
+    ticket = ticket_.load(std::memory_order_acquire);
+  }
+}
+
+void Team::serve() {
+  std::uint32_t seen = 0;
   while (true) {
     int spins = 0;
-    unsigned round = round_.load(std::memory_order_acquire);
+    std::uint32_t round = round_.load(std::memory_order_acquire);
     while (round == seen) {
       if (++spins < kSpins) {
         pause_once();
@@ -77,8 +87,7 @@ void Team::serve(int member) {
     }
     seen = round;
     if (ending_.load()) return;
-    function_(context_, member);
-    if (running_.fetch_sub(1, std::memory_order_acq_rel) == 1) running_.notify_one();
+    work_on(round);
   }
 }
 

@@ -55,6 +55,7 @@ struct Run::Impl {
 
   void emit(RecordKind kind, std::vector<double> values, Batch& batch);
   void emit_sample(Phase phase, Batch& batch) {
+    dynamics.ensure_list(state.specimen);  // measures look at all pairs that touch now
     emit(RecordKind::kSample, sample_values(state, experiment, dynamics.model(), phase), batch);
   }
   void emit_grading(Batch& batch);
