@@ -39,11 +39,10 @@ struct Engine::Loads {
   explicit Loads(std::size_t grains)
       : force(grains, Vector3d::Zero()),
         wall_stiffness(grains, 0.0),
-        lower_stiffness(grains, 0.0),
-        higher_stiffness(grains, 0.0),
+        contact_stiffness(grains, 0.0),
         stress(grains, 0.0) {}
   std::vector<Vector3d> force;
-  std::vector<double> wall_stiffness, lower_stiffness, higher_stiffness;
+  std::vector<double> wall_stiffness, contact_stiffness;
   std::vector<double> stress;
   std::set<std::uint64_t> failed;
   std::int64_t wall_force[6] = {}, wall_load[6] = {};
@@ -151,8 +150,8 @@ void Engine::contact_forces(double step, bool check, Loads& loads) {
       const Vector3d force = fused(0.0 - normal_force, n, shear);
       loads.force[i] += force;
       loads.force[j] -= force;
-      loads.higher_stiffness[i] += normal_stiffness;
-      loads.lower_stiffness[j] += normal_stiffness;
+      loads.contact_stiffness[i] += normal_stiffness;
+      loads.contact_stiffness[j] += normal_stiffness;
 
       const double area = root_radius * root_radius * overlap;
       const double stress = normal_force / (std::numbers::pi * area);
@@ -180,7 +179,7 @@ void Engine::book(const Loads& loads, bool measure) {
   std::int64_t resultant = 0, with_contacts = 0;
   for (std::size_t i = 0; i < grains_.size(); ++i) {
     grains_[i].mobilised_stress = loads.stress[i];
-    if (loads.wall_stiffness[i] + (loads.lower_stiffness[i] + loads.higher_stiffness[i]) > 0.0) {
+    if (loads.wall_stiffness[i] + loads.contact_stiffness[i] > 0.0) {
       const Vector3d& f = loads.force[i];
       resultant += quanta(std::sqrt(f.x() * f.x() + f.y() * f.y() + f.z() * f.z()), -40);
       ++with_contacts;
@@ -201,7 +200,7 @@ double Engine::stable_step(const Loads& loads) const {
   const double floor = experiment_.material.reduced_modulus() * std::sqrt(0.5) * law_.slope(overlap);
   double largest = 0.0;
   for (std::size_t i = 0; i < grains_.size(); ++i) {
-    const double sum = loads.wall_stiffness[i] + (loads.lower_stiffness[i] + loads.higher_stiffness[i]);
+    const double sum = loads.wall_stiffness[i] + loads.contact_stiffness[i];
     const double stiffness = std::max(sum, floor * std::sqrt(grains_[i].radius));
     largest = std::max(largest, stiffness / grains_[i].mass);
   }
@@ -261,8 +260,8 @@ void Engine::cycle(const WallControl& control) {
   const bool check = cycle_ % experiment_.numerics.failure_check_interval == 0;
   const double drift = time_step_, kick = 0.5 * (last_time_step_ + drift);
   Loads loads(grains_.size());
-  wall_forces(check, loads);
   contact_forces(last_time_step_, check, loads);
+  wall_forces(check, loads);
   const std::array<Wall, 6> before = walls_;
   const double step = cycle_ % 50 == 0 ? stable_step(loads) : time_step_;
   book(loads, measure);
@@ -284,8 +283,8 @@ void Engine::cycle(const WallControl& control) {
 
 void Engine::assess() {
   Loads loads(grains_.size());
-  wall_forces(false, loads);
   contact_forces(0.0, false, loads);
+  wall_forces(false, loads);
   time_step_ = stable_step(loads);
   book(loads, true);
 }
