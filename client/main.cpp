@@ -6,14 +6,27 @@
 #include <string_view>
 #include <vector>
 
+#include "client/commands/cancel.h"
 #include "client/commands/checkpoint_show.h"
 #include "client/commands/completion.h"
+#include "client/commands/delete.h"
+#include "client/commands/doctor.h"
+#include "client/commands/fetch.h"
+#include "client/commands/fork.h"
 #include "client/commands/init.h"
+#include "client/commands/logs.h"
+#include "client/commands/ls.h"
+#include "client/commands/pause.h"
 #include "client/commands/plot.h"
 #include "client/commands/report.h"
+#include "client/commands/resume.h"
 #include "client/commands/run.h"
+#include "client/commands/show.h"
+#include "client/commands/submit.h"
 #include "client/commands/validate.h"
 #include "client/commands/version.h"
+#include "client/commands/wait.h"
+#include "client/commands/watch.h"
 #include "client/exit_codes.h"
 #include "core/experiment/wording.h"
 
@@ -44,14 +57,27 @@ int main(int argument_count, char** arguments) {
       "validate creep.toml");
 
   int exit_code = creepctl::kOk;
+  creepctl::add_cancel(app, exit_code);
   creepctl::add_checkpoint(app, exit_code);
   creepctl::add_completion(app, exit_code);
+  creepctl::add_delete(app, exit_code);
+  creepctl::add_doctor(app, exit_code);
+  creepctl::add_fetch(app, exit_code);
+  creepctl::add_fork(app, exit_code);
   creepctl::add_init(app, exit_code);
+  creepctl::add_logs(app, exit_code);
+  creepctl::add_ls(app, exit_code);
+  creepctl::add_pause(app, exit_code);
   creepctl::add_plot(app, exit_code);
   creepctl::add_report(app, exit_code);
+  creepctl::add_resume(app, exit_code);
   creepctl::add_run(app, exit_code);
+  creepctl::add_show(app, exit_code);
+  creepctl::add_submit(app, exit_code);
   creepctl::add_validate(app, exit_code);
   creepctl::add_version(app, exit_code);
+  creepctl::add_wait(app, exit_code);
+  creepctl::add_watch(app, exit_code);
 
   try {
     app.parse(argument_count, arguments);
