@@ -20,6 +20,7 @@ namespace creep {
 namespace {
 
 constexpr std::int64_t kSampleInterval = 2000;  // cycles
+constexpr double kSampleStressRatio = 1.05;     // between samples of loading: even steps of log stress
 constexpr std::int64_t kSettleWindow = 5000;    // cycles on target and without a failure that end a stage
 constexpr std::int64_t kUnsettledFactor = 10;   // x minimum_cycles: longer than that is not settling
 constexpr double kCreepFailureStrain = 0.2;     // axial creep strain
@@ -125,6 +126,7 @@ void Run::Impl::begin_stage(std::int64_t stage) {
     cursor.act = Cursor::Act::kLoading;
     cursor.target = loading->axial_stress;
     cursor.stage_cycle = 0;
+    cursor.sample_stress = 0.0;
     cursor.broken_at_start = 0;
     cursor.broken_before = state.specimen.broken_total;
     cursor.creep_time_start = 0.0;
@@ -200,6 +202,9 @@ void Run::Impl::load(Batch& batch) {
     emit(RecordKind::kStage, stage_values(state, experiment, true), batch);
     emit_grading(batch);
     next_stage(batch);
+  } else if (stress >= state.cursor.sample_stress) {
+    emit_sample(Phase::kLoading, batch);
+    state.cursor.sample_stress = kSampleStressRatio * stress;
   } else if (axial_strain(state.specimen) > kLargestLoadingStrain) {
     batch.outcome =
         guard(absl::StrCat("loading: axial strain ", kLargestLoadingStrain, " passed at ", stress,

@@ -247,6 +247,7 @@ void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor) {
   archive(cursor.dynamic_stage);
   archive(cursor.closing);
   archive(cursor.target);
+  archive(cursor.sample_stress);
   archive(cursor.stage_cycle);
   archive(cursor.quiet_since);
   archive(cursor.ripple);

@@ -20,6 +20,7 @@ struct Cursor {
   std::int64_t dynamic_stage = 0;    ///< number in the present hold, from 0
   bool closing = false;              ///< the present dynamic stage is the last of its hold
   double target = 0.0;               ///< axial stress of the present stage [Pa]
+  double sample_stress = 0.0;        ///< at which loading gives its next sample [Pa]
   std::int64_t stage_cycle = 0;      ///< cycles of the present loading or dynamic stage
   std::int64_t quiet_since = 0;      ///< stage_cycle from which stress is on target without a failure
   double ripple = 0.0;               ///< of the present dynamic stage
