@@ -93,6 +93,7 @@ void Engine::wall_forces(bool check, Loads& loads) {
   const double modulus = material.reduced_modulus() * material.wall_stiffness_factor;
   for (std::size_t i = 0; i < grains_.size(); ++i) {
     const Grain& grain = grains_[i];
+    Vector3d of_walls = Vector3d::Zero();
     for (std::size_t w = 0; w < 6; ++w) {
       const double overlap = grain.radius - wall_gap(w, grain);
       if (overlap <= 0.0) continue;
@@ -100,7 +101,7 @@ void Engine::wall_forces(bool check, Loads& loads) {
       table_.evaluate(overlap, g, slope);
       const double prefactor = modulus * std::sqrt(grain.radius);
       const double force = prefactor * g, stiffness = prefactor * slope;
-      loads.force[i][static_cast<Eigen::Index>(w / 2)] += w % 2 == 1 ? -force : force;
+      of_walls[static_cast<Eigen::Index>(w / 2)] += w % 2 == 1 ? -force : force;
       loads.wall_stiffness[i] += stiffness;
       loads.wall_force[w] += quanta(force, -40);
       loads.wall_load[w] += quanta(stiffness, -20);
@@ -111,6 +112,7 @@ void Engine::wall_forces(bool check, Loads& loads) {
         loads.failed.insert(grain.id);
       }
     }
+    loads.force[i] += of_walls;  // after all neighbours
   }
 }
 
