@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kMagic = "CREEPLOG";
 constexpr std::uint64_t kVersion = 1;
-constexpr std::size_t kFileHead = 16;
+constexpr std::size_t kFileHead = kFirstFrame;
 constexpr std::size_t kChecksum = 16;
 constexpr std::size_t kFrameHead = 4 + kChecksum;
 constexpr std::size_t kMostPayload = 4096;  // the widest record has well under 100 columns

@@ -34,6 +34,9 @@ struct LogFrame {
   std::string note;                     ///< why
 };
 
+/// Where the first frame begins in the file [bytes].
+inline constexpr std::uint64_t kFirstFrame = 16;
+
 /// Reads a log that may still grow. Any number of readers beside the one writer.
 class SampleLogReader {
  public:
@@ -45,6 +48,9 @@ class SampleLogReader {
   absl::StatusOr<std::optional<LogFrame>> next();
 
   std::uint64_t offset() const { return offset_; }  ///< of the next frame in the file [bytes]
+
+  /// Goes on at a frame whose offset() was noted before.
+  void seek(std::uint64_t offset) { offset_ = offset; }
 
  private:
   SampleLogReader(FileDescriptor file, std::filesystem::path path)

@@ -1,0 +1,152 @@
+#include "server/api/convert.h"
+
+#include <array>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "absl/strings/ascii.h"
+#include "core/arithmetic/check.h"
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+#include "server/refusal.h"
+
+namespace creepd {
+namespace {
+
+namespace v1 = creep::v1;
+using google::protobuf::FieldDescriptor;
+
+void set_moment(Moment moment, google::protobuf::Timestamp& message) {
+  message.set_seconds(moment / 1'000'000);
+  message.set_nanos(static_cast<std::int32_t>(moment % 1'000'000 * 1000));
+}
+
+std::vector<const FieldDescriptor*> sample_fields() {
+  std::vector<const FieldDescriptor*> fields;
+  for (const creep::Column& column : creep::columns(creep::RecordKind::kSample)) {
+    const std::string name = absl::AsciiStrToLower(std::string(column.name));
+    fields.push_back(v1::Sample::descriptor()->FindFieldByName(name));
+    CREEP_CHECK(fields.back() != nullptr, "creep.proto has a field for each column of a sample");
+  }
+  return fields;
+}
+
+}  // namespace
+
+void to_message(const creep::Record& sample, std::uint64_t index, v1::Sample& message) {
+  static const std::vector<const FieldDescriptor*> kFields = sample_fields();
+  message.set_index(index);
+  message.set_sequence(sample.sequence);
+  for (std::size_t i = 0; i < kFields.size(); ++i) {
+    const double value = sample.values[i];
+    switch (kFields[i]->cpp_type()) {
+      case FieldDescriptor::CPPTYPE_DOUBLE:
+        v1::Sample::GetReflection()->SetDouble(&message, kFields[i], value);
+        break;
+      case FieldDescriptor::CPPTYPE_ENUM:
+        v1::Sample::GetReflection()->SetEnumValue(&message, kFields[i], static_cast<int>(value));
+        break;
+      default:
+        v1::Sample::GetReflection()->SetInt64(&message, kFields[i], static_cast<std::int64_t>(value));
+    }
+  }
+}
+
+bool to_message(const std::string& progress_json, v1::Progress& message) {
+  const auto json = nlohmann::json::parse(progress_json, nullptr, false);
+  if (!json.is_object()) return false;
+  const auto number = [&](const nlohmann::json& from, const char* key) {
+    const auto found = from.find(key);
+    return found != from.end() && found->is_number() ? found->get<double>() : 0.0;
+  };
+  const auto stage = json.find("stage");
+  if (stage != json.end() && stage->is_string()) message.set_stage(stage->get<std::string>());
+  message.set_stage_index(static_cast<std::int32_t>(number(json, "stage_index")));
+  message.set_stage_count(static_cast<std::int32_t>(number(json, "stage_count")));
+  message.set_stage_fraction(number(json, "stage_fraction"));
+  message.set_dynamic_stage(static_cast<std::int64_t>(number(json, "dynamic_stage")));
+  message.set_wall_seconds(number(json, "wall_seconds"));
+  const auto speed = json.find("particle_steps_per_second");
+  if (speed != json.end() && speed->is_object())
+    message.set_particle_steps_per_second(number(*speed, "recent"));
+  const auto left = json.find("seconds_left");
+  if (left != json.end() && left->is_number()) message.set_seconds_left(left->get<double>());
+  return true;
+}
+
+void to_message(const Job& job, v1::Job& message) {
+  message.set_id(job.id);
+  message.set_name(job.name);
+  message.set_state(static_cast<v1::JobState>(job.state));
+  message.set_state_reason(static_cast<v1::StateReason>(job.reason));
+  message.set_state_message(job.message);
+  message.set_log_tail(job.log_tail);
+  message.set_priority(job.priority);
+  for (const auto& [key, value] : job.labels) (*message.mutable_labels())[key] = value;
+  message.set_owner(job.owner);
+  set_moment(job.submitted, *message.mutable_submit_time());
+  if (job.started) set_moment(*job.started, *message.mutable_start_time());
+  if (job.ended) set_moment(*job.ended, *message.mutable_end_time());
+  message.set_attempts(job.attempts);
+  message.set_parent_job(job.parent);
+  message.set_parent_generation(job.parent_generation);
+  message.set_experiment_hash(job.experiment_hash);
+  message.set_state_digest(job.state_digest);
+  message.set_memory_estimate_bytes(job.memory_estimate);
+  message.set_last_seq(job.last_seq());
+  const auto sample = creep::decode(job.latest_sample);
+  if (sample.ok()) to_message(*sample, job.samples - 1, *message.mutable_latest_sample());
+  if (!to_message(job.progress, *message.mutable_progress())) message.clear_progress();
+  message.set_spec(job.spec);
+  for (const std::string& warning : job.warnings) message.add_warnings(warning);
+  const auto progress = nlohmann::json::parse(job.progress, nullptr, false);
+  if (!progress.is_object() || !progress.contains("warnings") || !progress["warnings"].is_array()) return;
+  for (const auto& warning : progress["warnings"]) {
+    if (warning.is_string()) message.add_warnings(warning.get<std::string>());
+  }
+}
+
+void to_message(const StateEvent& event, v1::StateChange& message) {
+  message.set_state(static_cast<v1::JobState>(event.state));
+  message.set_state_reason(static_cast<v1::StateReason>(event.reason));
+  message.set_message(event.message);
+  message.set_attempt(event.attempt);
+  set_moment(event.moment, *message.mutable_change_time());
+}
+
+void to_message(const Artifact& artifact, v1::Artifact& message) {
+  message.set_name(artifact.name);
+  message.set_size_bytes(artifact.size);
+  set_moment(artifact.modified, *message.mutable_modify_time());
+  message.set_etag(artifact.etag);
+}
+
+std::string error_details(const absl::Status& status) {
+  const Refusal refusal = refusal_of(status);
+  google::rpc::Status details;
+  details.set_code(static_cast<int>(status.code()));
+  details.set_message(std::string(status.message()));
+  google::rpc::ErrorInfo info;
+  info.set_reason(refusal.reason.empty() ? "STORAGE_FAILED" : refusal.reason);
+  info.set_domain("creepd");
+  for (const auto& [key, value] : refusal.facts) (*info.mutable_metadata())[key] = value;
+  details.add_details()->PackFrom(info);
+  if (!refusal.violations.empty()) {
+    google::rpc::BadRequest request;
+    for (const Violation& violation : refusal.violations) {
+      auto& message = *request.add_field_violations();
+      message.set_field(violation.field);
+      message.set_description(violation.description);
+    }
+    details.add_details()->PackFrom(request);
+  }
+  if (refusal.retry_seconds) {
+    google::rpc::RetryInfo retry;
+    retry.mutable_retry_delay()->set_seconds(*refusal.retry_seconds);
+    details.add_details()->PackFrom(retry);
+  }
+  return details.SerializeAsString();
+}
+
+}  // namespace creepd

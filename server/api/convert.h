@@ -1,0 +1,27 @@
+// Between the daemon's values and the messages of creep.proto. Protocol buffers, no gRPC.
+#pragma once
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "core/run/record.h"
+#include "creep/v1/creep.pb.h"
+#include "server/job.h"
+#include "server/job_files.h"
+
+namespace creepd {
+
+void to_message(const Job& job, creep::v1::Job& message);
+void to_message(const StateEvent& event, creep::v1::StateChange& message);
+void to_message(const Artifact& artifact, creep::v1::Artifact& message);
+
+/// Each column of a sample goes to the field of its name in small letters.
+void to_message(const creep::Record& sample, std::uint64_t index, creep::v1::Sample& message);
+
+/// progress.json; nothing for an empty or broken text. False if nothing was set.
+bool to_message(const std::string& progress_json, creep::v1::Progress& message);
+
+/// google.rpc.Status with ErrorInfo, BadRequest and RetryInfo, serialized for the trailer.
+std::string error_details(const absl::Status& status);
+
+}  // namespace creepd

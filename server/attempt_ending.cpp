@@ -1,0 +1,152 @@
+#include "server/attempt_ending.h"
+
+#include <signal.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "absl/strings/str_cat.h"
+
+namespace creepd {
+namespace {
+
+void become(Job& job, JobState state, StateReason reason, std::string message) {
+  job.state = state;
+  job.reason = reason;
+  job.message = std::move(message);
+}
+
+/// Ended by the wish of somebody outside, or by the machine: no fault of the worker.
+bool is_outside_signal(int number) {
+  return number == SIGKILL || number == SIGTERM || number == SIGINT || number == SIGHUP;
+}
+
+bool no_fault_of_worker(const AttemptEnd& end) {
+  if (end.never_started || end.exit_code == kLeaseHeld) return true;
+  return end.signal ? is_outside_signal(*end.signal) : !end.exit_code;
+}
+
+void wait_before_next(Job& job, Moment now) {
+  ++job.losses;
+  job.not_before = now + static_cast<Moment>(back_off_seconds(job.losses) * 1e6);
+}
+
+std::string described(const AttemptEnd& end) {
+  if (end.never_started) return "the worker could not be started";
+  if (end.stalled) return "the worker made no progress and was killed";
+  if (end.out_of_memory) return "the worker got no more memory";
+  if (end.signal)
+    return absl::StrCat("the worker was ended by signal ", *end.signal, " (", ::strsignal(*end.signal), ")");
+  if (end.exit_code) return absl::StrCat("the worker ended with exit code ", *end.exit_code);
+  return "the worker disappeared";
+}
+
+void count_fault(Job& job, const AttemptEnd& end, StateReason reason, Moment now) {
+  ++job.faults;
+  if (job.faults >= kMostFaults) {
+    become(job, JobState::kFailed, StateReason::kCrashLoop,
+           absl::StrCat(described(end), "; ", job.faults,
+                        " attempts in a row failed like that without a new checkpoint"));
+    return;
+  }
+  become(job, JobState::kQueued, reason,
+         absl::StrCat(described(end), "; tried again (fault ", job.faults, " of ", kMostFaults, ")"));
+  wait_before_next(job, now);
+}
+
+/// What was asked of the job while it ran has come about. False if nothing was asked.
+bool fulfil_request(Job& job) {
+  if (job.reason == StateReason::kCancelRequested) {
+    become(job, JobState::kCancelled, StateReason::kCancelledByUser, "cancelled");
+    return true;
+  }
+  if (job.reason == StateReason::kPauseRequested) {
+    become(job, JobState::kPaused, StateReason::kPausedByUser, "paused; resume it to go on");
+    return true;
+  }
+  return false;
+}
+
+/// The endings that the worker itself decided on. False if this was none of them.
+bool conclude_by_verdict(Job& job, const AttemptEnd& end) {
+  if (!end.exit_code) return false;
+  const std::string said =
+      end.verdict
+          ? absl::StrCat(end.verdict->reason, end.verdict->advice.empty() ? "" : " ", end.verdict->advice)
+          : absl::StrCat("exit code ", *end.exit_code);
+  const std::string outcome = end.verdict ? end.verdict->outcome : "";
+  switch (*end.exit_code) {
+    case kDone:
+      job.state_digest = end.state_digest;
+      become(job, JobState::kSucceeded,
+             outcome == "creep_failure" ? StateReason::kCreepFailure : StateReason::kCompleted, said);
+      return true;
+    case kBadInput:
+      become(job, JobState::kFailed, StateReason::kBadInput, said);
+      return true;
+    case kRefused:
+      become(job, JobState::kFailed,
+             outcome == "guard_stop" ? StateReason::kGuardStop : StateReason::kRefused, said);
+      return true;
+    default:
+      return false;
+  }
+}
+
+void conclude_io_error(Job& job, const AttemptEnd& end, Moment now) {
+  const std::string said = end.verdict ? end.verdict->reason : "input or output failed";
+  const auto says = [&](const char* words) { return said.find(words) != std::string::npos; };
+  const bool full =
+      end.disk_full || says("No space left") || says("quota exceeded") || says("File too large");
+  if (full) {
+    become(job, JobState::kPaused, StateReason::kDiskFull,
+           absl::StrCat(said, "; goes on by itself once there is room"));
+    wait_before_next(job, now);
+  } else {
+    become(job, JobState::kPaused, StateReason::kIoError,
+           absl::StrCat(said, "; check the storage, then resume the job"));
+  }
+}
+
+}  // namespace
+
+double back_off_seconds(int losses) {
+  return losses <= 0 ? 0.0 : std::min(60.0, static_cast<double>(1 << std::min(losses - 1, 6)));
+}
+
+void conclude(Job& job, const AttemptEnd& end, Moment now) {
+  if (end.checkpoint > job.checkpoint) {
+    job.faults = 0;
+    job.losses = 0;
+  }
+  job.checkpoint = std::max(job.checkpoint, end.checkpoint);
+  if (conclude_by_verdict(job, end)) {
+    // A run that ended while it was asked to stop has ended: there is nothing left to pause or cancel.
+  } else if (fulfil_request(job)) {
+  } else if (end.exit_code == kIoError) {
+    conclude_io_error(job, end, now);
+  } else if (end.daemon_stopped && (end.exit_code == kCheckpointed || no_fault_of_worker(end))) {
+    job.attempts = std::max(0, job.attempts - 1);
+    become(job, JobState::kQueued, StateReason::kDaemonStopped, "the daemon was stopped; goes on by itself");
+  } else if (end.exit_code == kCheckpointed) {
+    const bool resumed = job.reason == StateReason::kResumed;
+    become(job, JobState::kQueued, resumed ? StateReason::kResumed : StateReason::kWorkerLost,
+           resumed ? "resumed" : "the worker was asked from outside to stop; goes on by itself");
+    if (!resumed) wait_before_next(job, now);
+  } else if (end.stalled) {
+    count_fault(job, end, StateReason::kWorkerStalled, now);
+  } else if (end.out_of_memory || end.exit_code == kOutOfMemory) {
+    count_fault(job, end, StateReason::kOutOfMemory, now);
+  } else if (no_fault_of_worker(end)) {
+    become(job, JobState::kQueued, StateReason::kWorkerLost,
+           absl::StrCat(described(end), "; goes on by itself"));
+    wait_before_next(job, now);
+  } else {
+    count_fault(job, end, StateReason::kWorkerCrashed, now);
+  }
+  job.stop_now = false;
+  if (job.state == JobState::kFailed) job.log_tail = end.log_tail;
+  if (is_final(job.state)) job.ended = now;
+}
+
+}  // namespace creepd

@@ -1,0 +1,253 @@
+#include "server/jobs.h"
+
+#include <sys/random.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <system_error>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/arithmetic/digest.h"
+#include "server/refusal.h"
+#include "server/spec_check.h"
+
+namespace creepd {
+namespace {
+
+constexpr std::size_t kMostLabels = 32;
+constexpr std::size_t kMostLabelValue = 256;
+constexpr std::size_t kMostRequestId = 128;
+constexpr int kMostPriority = 100;
+
+Moment now() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// Ten characters that cannot be taken for each other, 49 random bits.
+std::string new_id() {
+  constexpr std::string_view kCharacters = "abcdefghjkmnpqrstuvwxyz23456789";
+  std::array<unsigned char, 10> random{};
+  while (::getrandom(random.data(), random.size(), 0) != static_cast<ssize_t>(random.size())) {
+  }
+  std::string id;
+  for (const unsigned char byte : random) id += kCharacters[byte % kCharacters.size()];
+  return id;
+}
+
+bool is_label_key(const std::string& key) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-';
+  };
+  return !key.empty() && key.size() <= 63 && key[0] >= 'a' && key[0] <= 'z' &&
+         std::all_of(key.begin(), key.end(), allowed);
+}
+
+absl::Status check_fields(const Submission& submission) {
+  std::vector<Violation> violations;
+  if (submission.labels.size() > kMostLabels) {
+    violations.push_back({"labels", absl::StrCat(submission.labels.size(), " given; at most ", kMostLabels)});
+  }
+  for (const auto& [key, value] : submission.labels) {
+    if (!is_label_key(key))
+      violations.push_back({absl::StrCat("labels[", key, "]"), "a key is [a-z][a-z0-9_.-]{0,62}"});
+    if (value.size() > kMostLabelValue) {
+      violations.push_back(
+          {absl::StrCat("labels[", key, "]"), absl::StrCat("longer than ", kMostLabelValue, " bytes")});
+    }
+  }
+  if (std::abs(submission.priority) > kMostPriority) {
+    violations.push_back({"priority", absl::StrCat("must be from ", -kMostPriority, " to ", kMostPriority)});
+  }
+  const auto printable = [](char c) { return c > ' ' && c < 127; };
+  if (submission.request_id.size() > kMostRequestId ||
+      !std::all_of(submission.request_id.begin(), submission.request_id.end(), printable)) {
+    violations.push_back(
+        {"request_id", absl::StrCat("must be 1 to ", kMostRequestId, " printable characters")});
+  }
+  if (violations.empty()) return absl::OkStatus();
+  const std::string first = absl::StrCat(violations.front().field, ": ", violations.front().description);
+  return refuse(absl::StatusCode::kInvalidArgument, first, {"BAD_REQUEST", {}, std::move(violations), {}});
+}
+
+RequestKey key_of(const Submission& submission, const std::string& source, std::uint64_t generation) {
+  std::string content = absl::StrCat(source, "\n", generation, "\n", submission.priority, "\n");
+  for (const auto& [key, value] : submission.labels)
+    absl::StrAppend(&content, key, " ", value.size(), " ", value, "\n");
+  content += submission.spec;
+  return {submission.request_id, creep::sha256_hex(content)};
+}
+
+absl::Status wrong_state(const Job& job, std::string_view wish) {
+  return refuse(absl::StatusCode::kFailedPrecondition,
+                absl::StrCat("job ", job.id, " is ", state_name(job.state),
+                             job.reason == StateReason::kCancelRequested ? " and about to be cancelled" : "",
+                             ": it cannot be ", std::string(wish)),
+                {"WRONG_STATE", {{"state", state_name(job.state)}}, {}, {}});
+}
+
+}  // namespace
+
+Jobs::Jobs(std::filesystem::path jobs, JobLimits limits, JobStore& store, SampleLibrary& samples,
+           std::function<void()> wake)
+    : jobs_(std::move(jobs)), limits_(limits), store_(store), samples_(samples), wake_(std::move(wake)) {}
+
+absl::StatusOr<Job> Jobs::check(const Caller& caller, const Submission& submission) const {
+  if (auto status = check_fields(submission); !status.ok()) return status;
+  auto checked = check_spec(submission.spec);
+  if (!checked.ok()) return checked.status();
+  Job job;
+  job.owner = caller.owner;
+  job.name = checked->name;
+  job.priority = submission.priority;
+  job.labels = submission.labels;
+  job.spec = submission.spec;
+  job.warnings = checked->warnings;
+  job.experiment_hash = checked->experiment_hash;
+  job.memory_estimate = checked->memory_estimate;
+  job.submitted = now();
+  return job;
+}
+
+absl::Status Jobs::check_room(std::uint64_t memory) const {
+  if (memory > limits_.memory) {
+    return refuse(absl::StatusCode::kResourceExhausted, "the job needs more memory than there is for jobs",
+                  {"TOO_LARGE",
+                   {{"needed_bytes", absl::StrCat(memory)}, {"limit_bytes", absl::StrCat(limits_.memory)}},
+                   {},
+                   {}});
+  }
+  const std::uint64_t free = free_bytes(jobs_);
+  if (free >= limits_.least_free) return absl::OkStatus();
+  return refuse(absl::StatusCode::kResourceExhausted, "there is too little free space to take a job",
+                {"DISK_FULL", {{"free_bytes", absl::StrCat(free)}}, {}, 60});
+}
+
+absl::StatusOr<JobStore::Inserted> Jobs::insert(Job job, const RequestKey& key,
+                                                const std::filesystem::path& folder) {
+  auto inserted = store_.insert(std::move(job), key, limits_.most_unfinished);
+  if (!inserted.ok() || inserted->already_existed) {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+  }
+  if (inserted.ok()) wake_();
+  return inserted;
+}
+
+absl::StatusOr<JobStore::Inserted> Jobs::submit(const Caller& caller, const Submission& submission) {
+  const RequestKey key = key_of(submission, "", 0);
+  if (auto earlier = store_.find_request(caller.owner, key); !earlier.ok() || *earlier) {
+    if (!earlier.ok()) return earlier.status();
+    return JobStore::Inserted{**std::move(earlier), true};
+  }
+  auto job = check(caller, submission);
+  if (!job.ok()) return job.status();
+  if (auto status = check_room(job->memory_estimate); !status.ok()) return status;
+  job->id = new_id();
+  // The folder first: a row promises that it is there. Without a row it is removed at the next start.
+  if (auto status = make_job_folder(folder(job->id), submission.spec); !status.ok()) return status;
+  const std::filesystem::path made = folder(job->id);
+  return insert(*std::move(job), key, made);
+}
+
+absl::StatusOr<JobStore::Inserted> Jobs::fork(const Caller& caller, const std::string& source,
+                                              std::uint64_t generation, Submission submission) {
+  const auto parent = get(caller, source);
+  if (!parent.ok()) return parent.status();
+  const RequestKey key = key_of(submission, source, generation);
+  if (auto earlier = store_.find_request(caller.owner, key); !earlier.ok() || *earlier) {
+    if (!earlier.ok()) return earlier.status();
+    return JobStore::Inserted{**std::move(earlier), true};
+  }
+  if (submission.spec.empty()) submission.spec = parent->spec;
+  auto job = check(caller, submission);
+  if (!job.ok()) return job.status();
+  if (auto status = check_room(job->memory_estimate); !status.ok()) return status;
+  job->id = new_id();
+  const std::filesystem::path made = folder(job->id);
+  if (auto status = make_job_folder(made, submission.spec); !status.ok()) return status;
+  const auto taken = fork_into(folder(source), made, generation, job->experiment_hash);
+  if (!taken.ok()) {
+    std::error_code ignored;
+    std::filesystem::remove_all(made, ignored);
+    return taken.status();
+  }
+  job->parent = source;
+  job->parent_generation = *taken;
+  return insert(*std::move(job), key, made);
+}
+
+absl::StatusOr<Job> Jobs::get(const Caller& caller, const std::string& id) {
+  auto job = store_.get(id);
+  if (job.ok() && !caller.admin && job->owner != caller.owner) return job_not_found(id);
+  return job;
+}
+
+absl::StatusOr<Job> Jobs::change(const Caller& caller, const std::string& id,
+                                 const std::function<absl::Status(Job&)>& change) {
+  if (auto job = get(caller, id); !job.ok()) return job.status();
+  auto changed = store_.change(id, change);
+  if (changed.ok()) wake_();
+  return changed;
+}
+
+absl::StatusOr<Job> Jobs::pause(const Caller& caller, const std::string& id) {
+  return change(caller, id, [](Job& job) -> absl::Status {
+    if (is_final(job.state) || job.reason == StateReason::kCancelRequested) return wrong_state(job, "paused");
+    if (job.state == JobState::kRunning) {
+      job.reason = StateReason::kPauseRequested;
+      return absl::OkStatus();
+    }
+    job.state = JobState::kPaused;
+    job.reason = StateReason::kPausedByUser;
+    job.message = "paused; resume it to go on";
+    return absl::OkStatus();
+  });
+}
+
+absl::StatusOr<Job> Jobs::resume(const Caller& caller, const std::string& id) {
+  return change(caller, id, [](Job& job) -> absl::Status {
+    if (is_final(job.state) || job.reason == StateReason::kCancelRequested)
+      return wrong_state(job, "resumed");
+    if (job.state == JobState::kPaused)
+      job.state = JobState::kQueued;
+    else if (job.reason != StateReason::kPauseRequested)
+      return absl::OkStatus();
+    job.reason = StateReason::kResumed;
+    job.message.clear();
+    job.not_before = 0;
+    return absl::OkStatus();
+  });
+}
+
+absl::StatusOr<Job> Jobs::cancel(const Caller& caller, const std::string& id, bool at_once) {
+  return change(caller, id, [at_once](Job& job) -> absl::Status {
+    if (job.state == JobState::kCancelled) return absl::OkStatus();
+    if (is_final(job.state)) return wrong_state(job, "cancelled");
+    if (job.state == JobState::kRunning) {
+      job.reason = StateReason::kCancelRequested;
+      job.stop_now = job.stop_now || at_once;
+      return absl::OkStatus();
+    }
+    job.state = JobState::kCancelled;
+    job.reason = StateReason::kCancelledByUser;
+    job.message = "cancelled";
+    job.ended = now();
+    return absl::OkStatus();
+  });
+}
+
+absl::Status Jobs::remove(const Caller& caller, const std::string& id) {
+  if (auto job = get(caller, id); !job.ok()) return job.status();
+  if (auto status = store_.mark_deleted(id); !status.ok()) return status;
+  samples_.forget(id);
+  std::error_code error;
+  std::filesystem::remove_all(folder(id), error);
+  return error ? absl::OkStatus()
+               : store_.forget(id);  // what could not be removed is tried at the next start
+}
+
+}  // namespace creepd

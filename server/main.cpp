@@ -1,0 +1,269 @@
+// creepd: serves the queue of creep jobs until it is told to stop.
+#include <pwd.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "absl/strings/str_cat.h"
+#include "server/api/server.h"
+#include "server/daemon_log.h"
+#include "server/job_store.h"
+#include "server/jobs.h"
+#include "server/sample_index.h"
+#include "server/supervisor.h"
+#include "server/worker/durable_file.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kFailed = 1;
+constexpr int kUsage = 2;
+
+constexpr const char* kFooter =
+    "Jobs survive: kill creepd, its workers or the machine, and every job that was acknowledged goes on from "
+    "its\n"
+    "newest good checkpoint. SIGTERM has the workers checkpoint first; a second one does not wait for them.\n"
+    "Over TCP only callers with a certificate of --tls-client-ca are served; their jobs belong to its "
+    "name.\n\n"
+    "Example:\n  creepd --state /var/lib/creepd --slots 2";
+
+struct Options {
+  fs::path state;
+  fs::path worker;
+  std::vector<std::string> users;
+  creepd::SupervisorOptions supervisor;
+  creepd::JobLimits limits;
+  creepd::ServerOptions server;
+};
+
+/// $NAME, or nothing if it is not set or empty.
+std::optional<fs::path> environment(const char* name) {
+  const char* const value = std::getenv(name);
+  if (value == nullptr || *value == '\0') return std::nullopt;
+  return fs::path(value);
+}
+
+fs::path home() { return environment("HOME").value_or("/"); }
+
+fs::path default_socket() {
+  if (const auto runtime = environment("XDG_RUNTIME_DIR")) return *runtime / "creepd.sock";
+  if (::access("/run/creepd", W_OK) == 0) return "/run/creepd/creepd.sock";
+  return home() / ".creepd" / "creepd.sock";
+}
+
+fs::path default_state() {
+  if (const auto state = environment("XDG_STATE_HOME")) return *state / "creepd";
+  return home() / ".local" / "state" / "creepd";
+}
+
+std::uint64_t machine_memory() {
+  return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
+         static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+absl::StatusOr<uid_t> user_id(const std::string& name) {
+  if (!name.empty() && name.find_first_not_of("0123456789") == std::string::npos) {
+    return static_cast<uid_t>(std::strtoul(name.c_str(), nullptr, 10));
+  }
+  const passwd* const entry = ::getpwnam(name.c_str());
+  if (entry == nullptr)
+    return absl::InvalidArgumentError(absl::StrCat("--allow-user: there is no user ", name));
+  return entry->pw_uid;
+}
+
+void set_defaults(Options& options) {
+  std::error_code error;
+  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  options.state = default_state();
+  options.server.socket = default_socket();
+  options.worker = fs::read_symlink("/proc/self/exe", error).parent_path() / "creep-worker";
+  options.supervisor.threads_per_job = std::min(2, cores);
+  options.supervisor.slots = std::max(1, cores / options.supervisor.threads_per_job);
+  options.limits.memory = machine_memory() / 5 * 4;
+}
+
+void add_options(CLI::App& app, Options& options, creepd::TlsOptions& tls) {
+  app.add_option("--state", options.state, "Folder of the queue and of all jobs")->capture_default_str();
+  app.add_option("--socket", options.server.socket, "Unix socket to serve")->capture_default_str();
+  app.add_option(
+      "--allow-user", options.users,
+      "User, by name or number, who may use the socket beside root and the user of creepd; repeatable");
+  app.add_option("--slots", options.supervisor.slots, "Jobs that run at once")->check(CLI::Range(1, 1024));
+  app.add_option("--threads-per-job", options.supervisor.threads_per_job, "Threads of each worker")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_option("--checkpoint-interval", options.supervisor.checkpoint_interval,
+                 "Most seconds between checkpoints")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  app.add_option("--memory", options.limits.memory,
+                 "Bytes for all running jobs together (default: 80 % of the machine)");
+  app.add_option("--stall-limit", options.supervisor.stall_limit,
+                 "Seconds without progress after which a worker is killed and its job tried again")
+      ->check(CLI::Range(1.0, 1e6))
+      ->capture_default_str();
+  app.add_option("--least-free", options.limits.least_free, "Bytes of free space below which no job is taken")
+      ->capture_default_str();
+  app.add_option("--max-jobs", options.limits.most_unfinished, "Most jobs that are not finished")
+      ->capture_default_str();
+  app.add_option("--listen", tls.address, "HOST:PORT to serve over TCP too, with certificates on both sides");
+  app.add_option("--tls-cert", tls.certificate, "Certificate of this daemon (PEM)");
+  app.add_option("--tls-key", tls.key, "Key of the certificate (PEM)");
+  app.add_option("--tls-client-ca", tls.client_ca, "Who signs the certificates of callers (PEM)");
+  app.add_option("--worker", options.worker, "Program that computes a job")->group("");
+  app.set_version_flag("--version", std::string("creepd ") + CREEP_VERSION);
+}
+
+absl::Status complete(Options& options, const creepd::TlsOptions& tls, bool slots_given) {
+  if (!slots_given) {
+    const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    options.supervisor.slots = std::max(1, cores / options.supervisor.threads_per_job);
+  }
+  for (const std::string& name : options.users) {
+    const auto user = user_id(name);
+    if (!user.ok()) return user.status();
+    options.server.users.push_back(*user);
+  }
+  const bool certificates = !tls.certificate.empty() && !tls.key.empty() && !tls.client_ca.empty();
+  const bool any = !tls.certificate.empty() || !tls.key.empty() || !tls.client_ca.empty();
+  if (!tls.address.empty() && !certificates) {
+    return absl::InvalidArgumentError(
+        "--listen needs --tls-cert, --tls-key and --tls-client-ca: there is no TCP without them");
+  }
+  if (tls.address.empty() && any)
+    return absl::InvalidArgumentError("--tls-... is of use only with --listen HOST:PORT");
+  if (!tls.address.empty()) options.server.tls = tls;
+  if (::access(options.worker.c_str(), X_OK) != 0) {
+    return absl::InvalidArgumentError(absl::StrCat("there is no program ", options.worker.string()));
+  }
+  options.state = fs::absolute(options.state);
+  options.server.socket = fs::absolute(options.server.socket);
+  options.supervisor.jobs = options.state / "jobs";
+  options.supervisor.worker = options.worker;
+  options.supervisor.memory_limit = options.limits.memory;
+  options.server.state = options.state;
+  options.server.slots = options.supervisor.slots;
+  options.server.threads_per_job = options.supervisor.threads_per_job;
+  options.server.checkpoint_interval = options.supervisor.checkpoint_interval;
+  return absl::OkStatus();
+}
+
+/// The state directory is this process's alone as long as the descriptor is open.
+absl::StatusOr<creepd::FileDescriptor> take_state(const fs::path& state) {
+  std::error_code error;
+  fs::create_directories(state / "jobs", error);
+  if (error)
+    return absl::UnavailableError(absl::StrCat("cannot make ", state.string(), ": ", error.message()));
+  ::chmod(state.c_str(), 0700);
+  auto lock = creepd::open_file(state / "lock", O_RDWR | O_CREAT);
+  if (!lock.ok()) return lock.status();
+  if (::flock(lock->get(), LOCK_EX | LOCK_NB) != 0) {
+    return absl::AlreadyExistsError(absl::StrCat("another creepd uses ", state.string()));
+  }
+  return lock;
+}
+
+sigset_t stop_signals() {
+  sigset_t signals;
+  ::sigemptyset(&signals);
+  ::sigaddset(&signals, SIGTERM);
+  ::sigaddset(&signals, SIGINT);
+  return signals;
+}
+
+void wait_and_stop(creepd::Supervisor& supervisor, creepd::Server& server) {
+  const sigset_t signals = stop_signals();
+  int number = 0;
+  while (::sigwait(&signals, &number) != 0) {
+  }
+  creepd::log_line("stopping: workers write a checkpoint");
+  std::atomic<bool> stopped = false;
+  std::thread stopping([&] {
+    server.refuse_calls();
+    supervisor.stop();
+    server.stop();
+    stopped = true;
+  });
+  const timespec moment{0, 100'000'000};
+  while (!stopped) {
+    if (::sigtimedwait(&signals, nullptr, &moment) > 0) supervisor.hurry();
+  }
+  stopping.join();
+}
+
+absl::Status serve(const Options& options) {
+  const auto lock = take_state(options.state);
+  if (!lock.ok()) return lock.status();
+  std::error_code ignored;
+  if (fs::create_directories(options.server.socket.parent_path(), ignored)) {
+    ::chmod(options.server.socket.parent_path().c_str(), 0700);
+  }
+  const auto store = creepd::JobStore::open(options.state / "creepd.db");
+  if (!store.ok()) return store.status();
+  creepd::SampleLibrary samples(options.supervisor.jobs);
+  creepd::Supervisor supervisor(options.supervisor, **store, samples);
+  // Only then may anybody ask: what they are told is true.
+  if (auto status = supervisor.recover(); !status.ok()) return status;
+  creepd::Jobs jobs(options.supervisor.jobs, options.limits, **store, samples, [&] { supervisor.wake(); });
+  const auto server = creepd::Server::start(options.server, jobs, **store, samples);
+  if (!server.ok()) return server.status();
+  supervisor.start();
+  creepd::log_line(absl::StrCat("ready on ", options.server.socket.string(),
+                                options.server.tls ? " and " + options.server.tls->address : "",
+                                ", state in ", options.state.string(), ", ", options.supervisor.slots,
+                                " slots of ", options.supervisor.threads_per_job, " threads"));
+  wait_and_stop(supervisor, **server);
+  creepd::log_line("stopped");
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+int main(int argument_count, char** arguments) {
+  CLI::App app{
+      "Queues creep jobs, runs each in a worker of its own, keeps them across crashes and streams their "
+      "progress.",
+      "creepd"};
+  app.footer(kFooter);
+  Options options;
+  creepd::TlsOptions tls;
+  set_defaults(options);
+  add_options(app, options, tls);
+  try {
+    app.parse(argument_count, arguments);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsage;
+  }
+  if (auto status = complete(options, tls, app.count("--slots") > 0); !status.ok()) {
+    creepd::log_line(std::string(status.message()));
+    return kUsage;
+  }
+  const sigset_t signals = stop_signals();
+  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread: they are taken in one place
+  ::signal(SIGPIPE, SIG_IGN);
+  ::signal(SIGXFSZ, SIG_IGN);
+  if (auto status = serve(options); !status.ok()) {
+    creepd::log_line(std::string(status.message()));
+    return kFailed;
+  }
+  return 0;
+}
