@@ -7,8 +7,9 @@
 namespace creep {
 namespace {
 
-/// About 20 us on a 3 GHz processor: longer than a phase of a small specimen, shorter than a scheduler slice.
-constexpr int kSpins = 2000;
+/// A few tenths of a millisecond: longer than a phase of any specimen that fits a cache, so that partners who
+/// are only a little late find each other awake; sleeping and waking costs as much as a phase.
+constexpr int kSpins = 20000;
 
 void pause_once() {
 #if defined(__x86_64__)
