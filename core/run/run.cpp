@@ -24,8 +24,9 @@ constexpr double kSampleStressRatio = 1.05;     // between samples of loading: e
 constexpr std::int64_t kSettleWindow = 5000;    // cycles on target and without a failure that end a stage
 constexpr std::int64_t kUnsettledFactor = 10;   // x minimum_cycles: longer than that is not settling
 constexpr double kCreepFailureStrain = 0.2;     // axial creep strain
-constexpr double kLargestOverlap = 0.5;         // of the smaller radius, before the run is stopped
-constexpr double kLargestLoadingStrain = 0.5;   // axial, before loading is given up
+constexpr double kLargestOverlap = 1.0;  // of the smaller radius: its centre reaches the surface of the other
+constexpr double kLargestInertialNumber = 0.05;  // of loading: beyond it stresses are not quasi-static
+constexpr double kLargestLoadingStrain = 0.5;    // axial, before loading is given up
 constexpr double kVoidRatioTolerance = 0.002;
 
 Outcome guard(std::string reason, std::string advice) {
@@ -202,6 +203,11 @@ void Run::Impl::load(Batch& batch) {
     emit(RecordKind::kStage, stage_values(state, experiment, true), batch);
     emit_grading(batch);
     next_stage(batch);
+  } else if (const double inertia = inertial_number(state.specimen, experiment);
+             inertia > kLargestInertialNumber) {
+    batch.outcome = guard(
+        absl::StrCat("inertia: inertial number ", inertia, " in loading, limit ", kLargestInertialNumber),
+        "lower loading_velocity");
   } else if (stress >= state.cursor.sample_stress) {
     emit_sample(Phase::kLoading, batch);
     state.cursor.sample_stress = kSampleStressRatio * stress;

@@ -13,15 +13,6 @@ namespace {
 
 double as_double(std::int64_t count) { return static_cast<double>(count); }
 
-/// Axial strain rate x d50 x sqrt(density / p).
-double inertial_number(const Specimen& specimen, const Experiment& experiment) {
-  const Walls& walls = specimen.walls;
-  const double rate = std::fabs(walls.velocity[4] - walls.velocity[5]) / walls.length(2);
-  const double p = (walls.stress(0) + walls.stress(1) + walls.stress(2)) / 3.0;
-  if (!(p > 0.0)) return 0.0;
-  return rate * median_diameter(experiment.specimen.grading) * std::sqrt(experiment.material.density / p);
-}
-
 struct EnergyBalance {
   double normal, tangential, friction, damping, kinetic, removed, residual, unexplained;
 };
@@ -62,6 +53,14 @@ double mass_unexplained(const Specimen& specimen) {
 }
 
 }  // namespace
+
+double inertial_number(const Specimen& specimen, const Experiment& experiment) {
+  const Walls& walls = specimen.walls;
+  const double rate = std::fabs(walls.velocity[4] - walls.velocity[5]) / walls.length(2);
+  const double p = (walls.stress(0) + walls.stress(1) + walls.stress(2)) / 3.0;
+  if (!(p > 0.0)) return 0.0;
+  return rate * median_diameter(experiment.specimen.grading) * std::sqrt(experiment.material.density / p);
+}
 
 double creep_time(const RunState& state) {
   const bool in_hold = state.cursor.act == Cursor::Act::kDynamicStage ||

@@ -12,6 +12,9 @@ namespace creep {
 /// creep_time of the present hold [s]; 0 outside a hold.
 double creep_time(const RunState& state);
 
+/// Axial strain rate x d50 x sqrt(density / mean stress) [-]; 0 without stress.
+double inertial_number(const Specimen& specimen, const Experiment& experiment);
+
 std::vector<double> sample_values(const RunState& state, const Experiment& experiment,
                                   const ContactModel& model, Phase phase);
 std::vector<double> stage_values(const RunState& state, const Experiment& experiment, bool settled);
