@@ -65,6 +65,7 @@ struct Run::Impl {
 
   const Experiment experiment;
   const RunOptions options;
+  const std::string arithmetic = arithmetic_id(options.instruction_set);
   Dynamics dynamics;
   RunState state;
 };
@@ -361,7 +362,7 @@ Batch Run::advance(std::int64_t cycle_budget) { return impl_->advance(cycle_budg
 std::string Run::checkpoint() const {
   const RunState& state = impl_->state;
   CheckpointInfo info;
-  info.arithmetic_id = arithmetic_id(impl_->options.instruction_set);
+  info.arithmetic_id = impl_->arithmetic;
   info.experiment_hash = experiment_hash(impl_->experiment);
   info.state_digest = digest_of(state);
   info.next_sequence = state.next_sequence;
