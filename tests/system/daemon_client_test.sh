@@ -162,13 +162,20 @@ grep -q '"state":"SUCCEEDED"' "$work/events" || fail "watch missed the end"
 same_job "$id"
 unset CREEPCTL_SERVER
 
-step "certificates"
+step "restored from a backup; certificates"
 "$here/../../deploy/certificates.sh" "$work/tls" 127.0.0.1 alice bob >"$work/output"
 "$here/../../deploy/certificates.sh" "$work/other" 127.0.0.1 mallory >"$work/output"
+creepctl ls -q >"$work/ids"
 stop_daemon
+# A backup of a stopped daemon is the state of another one.
+mv "$XDG_STATE_HOME/creepd" "$work/moved"
+tar -C "$work" -cf "$work/backup.tar" moved
+mkdir "$work/restored"
+tar -C "$work/restored" -xf "$work/backup.tar"
 port=$((20000 + RANDOM % 20000))
-start_daemon --listen "127.0.0.1:$port" --tls-cert "$work/tls/server.crt" --tls-key "$work/tls/server.key" \
-  --tls-client-ca "$work/tls/ca.crt"
+start_daemon --state "$work/restored/moved" --listen "127.0.0.1:$port" --tls-cert "$work/tls/server.crt" \
+  --tls-key "$work/tls/server.key" --tls-client-ca "$work/tls/ca.crt"
+creepctl ls -q | cmp - "$work/ids" || fail "the restored daemon knows other jobs"
 # as USER [FOLDER [CA]]: the options of a user with a certificate of a folder.
 as() {
   local folder=$work/${2:-tls}
