@@ -159,9 +159,23 @@ void Supervisor::reap() {
 }
 
 bool Supervisor::record_end(const std::string& id, Running& running) {
-  if (const auto told = tell_all(id, running.folder, *running.samples); absl::IsUnavailable(told))
+  // Its last samples are told first, so that the final state is the last event.
+  const auto told = tell_all(id, running.folder, *running.samples);
+  const auto job = absl::IsUnavailable(told) ? absl::StatusOr<Job>(told) : store_end(id, running);
+  if (!job.ok()) {
+    if (!std::exchange(running.said_not_stored, true)) {
+      log_line(
+          absl::StrCat("job ", id, ": its end cannot be stored yet: ", std::string(job.status().message())));
+    }
     return false;
-  const auto job = store_.change(id, [&](Job& row) {
+  }
+  log_line(absl::StrCat("job ", id, " attempt ", job->lease_attempt, " ended: ", state_name(job->state), ": ",
+                        job->message));
+  return true;
+}
+
+absl::StatusOr<Job> Supervisor::store_end(const std::string& id, const Running& running) {
+  return store_.change(id, [&](Job& row) {
     AttemptEnd end = look_at(running.folder, row.lease_attempt);
     end.exit_code = running.end->exit_code;
     end.signal = running.end->signal;
@@ -173,13 +187,6 @@ bool Supervisor::record_end(const std::string& id, Running& running) {
     conclude(row, end, now());
     return absl::OkStatus();
   });
-  if (!job.ok()) {
-    log_line(absl::StrCat("job ", id, ": its end cannot be stored: ", std::string(job.status().message())));
-    return false;
-  }
-  log_line(absl::StrCat("job ", id, " attempt ", job->lease_attempt, " ended: ", state_name(job->state), ": ",
-                        job->message));
-  return true;
 }
 
 absl::Status Supervisor::tell_all(const std::string& id, const fs::path& folder, SampleIndex& samples) {
@@ -324,6 +331,7 @@ void Supervisor::start_attempt(const Job& queued) {
                   .asked_to_stop = std::nullopt,
                   .killed = false,
                   .stalled = false,
+                  .said_not_stored = false,
                   .end = std::nullopt};
   running_.emplace(job->id, std::move(running));
 }

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "server/attempt_ending.h"
 #include "server/job_store.h"
 #include "server/sample_index.h"
@@ -69,14 +70,14 @@ class Supervisor {
     std::optional<Clock::time_point> asked_to_stop;
     bool killed = false;
     bool stalled = false;
+    bool said_not_stored = false;
     std::optional<ProcessEnd> end;
   };
-  using Entry = std::map<std::string, Running>::iterator;
-
   void loop();
   void wait_for_news();
   void reap();
   bool record_end(const std::string& id, Running& running);
+  absl::StatusOr<Job> store_end(const std::string& id, const Running& running);
   void follow();
   void obey_requests();
   void check_limits();

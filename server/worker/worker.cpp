@@ -20,6 +20,7 @@
 #include "server/worker/pace.h"
 #include "server/worker/progress_file.h"
 #include "server/worker/sample_log.h"
+#include "server/worker/snapshot_folder.h"
 #include "server/worker/stage_timings.h"
 #include "server/worker/summary_file.h"
 #include "server/worker/tables.h"
@@ -41,6 +42,7 @@ struct Output {
   WorkerLog& log;
   SampleLog samples;
   CheckpointStore checkpoints;
+  SnapshotFolder snapshots;
   StageTimings timings;
   Tables tables;
   ProgressFile progress;
@@ -52,6 +54,8 @@ absl::StatusOr<Output> open_output(const JobDirectory& files, std::int64_t attem
   if (!samples->repair().empty()) log.line(samples->repair());
   auto checkpoints = CheckpointStore::open(files.checkpoints(), &creep::read_checkpoint_info);
   if (!checkpoints.ok()) return checkpoints.status();
+  auto snapshots = SnapshotFolder::open(files.snapshots());
+  if (!snapshots.ok()) return snapshots.status();
   auto timings = StageTimings::open(files.stage_timings());
   if (!timings.ok()) return timings.status();
   auto tables = Tables::render(files.root(), *samples, *timings);
@@ -61,6 +65,7 @@ absl::StatusOr<Output> open_output(const JobDirectory& files, std::int64_t attem
                 log,
                 *std::move(samples),
                 *std::move(checkpoints),
+                *std::move(snapshots),
                 *std::move(timings),
                 *std::move(tables),
                 ProgressFile(files.progress(), attempt)};
@@ -160,11 +165,14 @@ class Attempt {
                         {batch.rebuilds, seconds, batch.particle_steps});
     output_.progress.worked(batch.particle_steps, seconds);
     log_new_warnings();
-    if (auto kept = keep(batch.records); !kept.ok()) return kept;
+    if (auto kept = keep(batch); !kept.ok()) return kept;
     return batch;
   }
 
-  absl::Status keep(const std::vector<creep::Record>& records) {
+  absl::Status keep(const creep::Batch& batch) {
+    // Pictures first: a checkpoint that follows the records implies them.
+    if (auto written = output_.snapshots.write(batch.snapshots); !written.ok()) return written;
+    const std::vector<creep::Record>& records = batch.records;
     if (records.empty()) return absl::OkStatus();
     std::optional<std::string> note;
     if (options_.allow_inexact)
@@ -177,6 +185,9 @@ class Attempt {
       auto tables = Tables::render(output_.files.root(), output_.samples, output_.timings);
       if (!tables.ok()) return tables.status();
       output_.tables = *std::move(tables);
+      const std::uint64_t first_other = records[appended->repeated].sequence;
+      if (auto dropped = output_.snapshots.drop_after(first_other); !dropped.ok()) return dropped;
+      if (auto written = output_.snapshots.write(batch.snapshots); !written.ok()) return written;
     } else {
       const std::span<const creep::Record> fresh = std::span(records).subspan(appended->repeated);
       if (auto shown = output_.tables.append(fresh, output_.timings); !shown.ok()) return shown;

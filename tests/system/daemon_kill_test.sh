@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# Ten kills at random moments in one job, of the worker, of the daemon or of both: it ends with the digest of an
+# undisturbed run, its records without gap or repeat, and a watcher sees every event number once.
+source "$(dirname "${BASH_SOURCE[0]}")/support.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/daemon_support.sh"
+RANDOM=${CREEP_TEST_SEED:-4711}
+
+sed -i 's/minimum_cycles = 3000/minimum_cycles = 25000/' "$job"
+undisturbed
+printf 'undisturbed: %d ms\n' "$reference_ms"
+start_daemon --checkpoint-interval 0.2
+id=$(submit)
+folder=$(folder_of "$id")
+creepctl watch "$id" --after 0 --json >"$work/events" 2>"$work/said" &
+watch=$!
+wait_for 30 computes "$id"
+
+# A worker that was killed twice in a row is given some seconds.
+works_or_is_done() { kill -0 "$(worker_of "$folder")" 2>/dev/null || is "$id" SUCCEEDED; }
+kills=0
+for i in 1 2 3 4 5 6 7 8 9 10; do
+  wait_for 90 works_or_is_done
+  sleep "0.$((RANDOM % 5 + 1))"
+  if ! is "$id" RUNNING && ! is "$id" QUEUED; then break; fi
+  worker=$(worker_of "$folder")
+  case $((RANDOM % 3)) in
+    0)
+      kill -9 "$worker" 2>/dev/null || true
+      what=worker
+      ;;
+    1)
+      kill_daemon
+      start_daemon --checkpoint-interval 0.2
+      what=daemon
+      ;;
+    2)
+      kill -9 "$worker" "$daemon" 2>/dev/null || true
+      wait "$daemon" 2>/dev/null || true
+      start_daemon --checkpoint-interval 0.2
+      what=both
+      ;;
+  esac
+  kills=$((kills + 1))
+  step "kill $i: $what"
+done
+succeeded "$id"
+wait "$watch" || fail "watch ended with $?"
+numbers_once "$work/events"
+last=$(tail -n 1 "$work/numbers")
+[[ "$last" == "$(field "$id" last_seq)" ]] || fail "the last event seen is $last of $(field "$id" last_seq)"
+[[ $(grep -c '"state": *"SUCCEEDED"' "$work/events") == 1 ]] || fail "not exactly one final state"
+# A machine that becomes faster meanwhile lets the job end before the last kills.
+((kills >= 6)) || fail "only $kills kills before the job was done"
+step "$kills kills, $(field "$id" attempts) attempts counted, $last events"
