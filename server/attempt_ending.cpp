@@ -93,8 +93,16 @@ bool conclude_by_verdict(Job& job, const AttemptEnd& end) {
   }
 }
 
+/// What a worker logged that could not write its verdict.
+std::string last_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  const std::size_t start = text.rfind('\n');
+  text = start == std::string::npos ? text : text.substr(start + 1);
+  return text.empty() ? "input or output failed" : text;
+}
+
 void conclude_io_error(Job& job, const AttemptEnd& end, Moment now) {
-  const std::string said = end.verdict ? end.verdict->reason : "input or output failed";
+  const std::string said = end.verdict ? end.verdict->reason : last_line(end.log_tail);
   const auto says = [&](const char* words) { return said.find(words) != std::string::npos; };
   const bool full =
       end.disk_full || says("No space left") || says("quota exceeded") || says("File too large");

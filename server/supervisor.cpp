@@ -148,7 +148,9 @@ void Supervisor::wait_for_news() {
 void Supervisor::reap() {
   for (auto entry = running_.begin(); entry != running_.end();) {
     Running& running = entry->second;
-    if (!running.end) running.end = running.process.poll();
+    if (!running.end) {
+      if (const auto process = running.process.poll()) running.end = end_of(running, *process);
+    }
     // An end that cannot be stored now is stored in a later turn.
     if (running.end && record_end(entry->first, running)) {
       entry = running_.erase(entry);
@@ -161,7 +163,14 @@ void Supervisor::reap() {
 bool Supervisor::record_end(const std::string& id, Running& running) {
   // Its last samples are told first, so that the final state is the last event.
   const auto told = tell_all(id, running.folder, *running.samples);
-  const auto job = absl::IsUnavailable(told) ? absl::StatusOr<Job>(told) : store_end(id, running);
+  const auto store = [&]() -> absl::StatusOr<Job> {
+    if (absl::IsUnavailable(told)) return told;
+    return store_.change(id, [&](Job& row) {
+      conclude(row, *running.end, now());
+      return absl::OkStatus();
+    });
+  };
+  const auto job = store();
   if (!job.ok()) {
     if (!std::exchange(running.said_not_stored, true)) {
       log_line(
@@ -174,19 +183,16 @@ bool Supervisor::record_end(const std::string& id, Running& running) {
   return true;
 }
 
-absl::StatusOr<Job> Supervisor::store_end(const std::string& id, const Running& running) {
-  return store_.change(id, [&](Job& row) {
-    AttemptEnd end = look_at(running.folder, row.lease_attempt);
-    end.exit_code = running.end->exit_code;
-    end.signal = running.end->signal;
-    end.stalled = running.stalled;
-    end.daemon_stopped = stopping_;
-    end.out_of_memory =
-        end.signal == SIGKILL && !running.killed && kills_for_memory() > running.kills_for_memory;
-    if (end.verdict && end.verdict->exit_code != end.exit_code) end.verdict.reset();
-    conclude(row, end, now());
-    return absl::OkStatus();
-  });
+AttemptEnd Supervisor::end_of(const Running& running, const ProcessEnd& process) const {
+  AttemptEnd end = look_at(running.folder, running.attempt);
+  end.exit_code = process.exit_code;
+  end.signal = process.signal;
+  end.stalled = running.stalled;
+  end.daemon_stopped = stopping_;
+  end.out_of_memory =
+      end.signal == SIGKILL && !running.killed && kills_for_memory() > running.kills_for_memory;
+  if (end.verdict && end.verdict->exit_code != end.exit_code) end.verdict.reset();
+  return end;
 }
 
 absl::Status Supervisor::tell_all(const std::string& id, const fs::path& folder, SampleIndex& samples) {
@@ -321,6 +327,7 @@ void Supervisor::start_attempt(const Job& queued) {
   log_line(
       absl::StrCat("job ", job->id, " attempt ", job->lease_attempt, " started, process ", process->id()));
   Running running{.folder = folder,
+                  .attempt = job->lease_attempt,
                   .process = *std::move(process),
                   .samples = samples_.of(job->id),
                   .memory = job->memory_estimate,

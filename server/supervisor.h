@@ -60,6 +60,7 @@ class Supervisor {
 
   struct Running {
     std::filesystem::path folder;
+    std::int64_t attempt = 0;
     WorkerProcess process;
     std::shared_ptr<SampleIndex> samples;
     std::uint64_t memory = 0;
@@ -71,13 +72,13 @@ class Supervisor {
     bool killed = false;
     bool stalled = false;
     bool said_not_stored = false;
-    std::optional<ProcessEnd> end;
+    std::optional<AttemptEnd> end;  ///< looked at once: the disk that was full may have room later
   };
   void loop();
   void wait_for_news();
   void reap();
   bool record_end(const std::string& id, Running& running);
-  absl::StatusOr<Job> store_end(const std::string& id, const Running& running);
+  AttemptEnd end_of(const Running& running, const ProcessEnd& process) const;
   void follow();
   void obey_requests();
   void check_limits();

@@ -212,6 +212,11 @@ TEST(AttemptEnding, AFullDiskPausesUntilThereIsRoomOtherTroubleUntilSomebodyLook
   end.disk_full = true;
   conclude(no_verdict, end, kNow);
   EXPECT_EQ(no_verdict.reason, StateReason::kDiskFull);
+  Job log_only = running_job();
+  AttemptEnd told_by_log = exit_with(kIoError);
+  told_by_log.log_tail = "checkpoint 1\nended 74 (io_error): write samples.csv: No space left on device\n";
+  conclude(log_only, told_by_log, kNow);
+  EXPECT_EQ(log_only.reason, StateReason::kDiskFull);
   Job broken = running_job();
   conclude(broken, exit_with(kIoError, "io_error", "read ck.3: Input/output error"), kNow);
   EXPECT_EQ(broken.reason, StateReason::kIoError);
