@@ -1,5 +1,6 @@
 #include "core/dem/measures.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -159,6 +160,32 @@ Coordination coordination(const Specimen& specimen, const ContactModel& model) {
     }
   }
   return {all / static_cast<double>(body.size()), bearing > 0.0 ? bearing_ends / bearing : 0.0};
+}
+
+std::vector<double> mobilised_stress(const Specimen& specimen, const ContactModel& model) {
+  const Contacts& contacts = specimen.contacts;
+  const auto& body = specimen.particles.body;
+  std::vector<double> stress(body.size(), 0.0);
+  for (std::size_t c = 0; c < contacts.count; ++c) {
+    const auto first = static_cast<std::size_t>(contacts.first[c]);
+    const auto second = static_cast<std::size_t>(contacts.second[c]);
+    const ContactModel::Normal normal = model.between(body[first], body[second], contacts.root_radius[c]);
+    if (!(normal.overlap > 0.0)) continue;
+    const double area = contacts.root_radius[c] * contacts.root_radius[c] * normal.overlap;
+    const double here = normal.force / (std::numbers::pi * area);
+    stress[first] = std::max(stress[first], here);
+    stress[second] = std::max(stress[second], here);
+  }
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    for (std::size_t wall = 0; wall < 6; ++wall) {
+      if ((contacts.near_walls[i] >> wall & 1u) == 0) continue;
+      const ContactModel::Normal normal = model.at_wall(body[i], wall_gap(specimen, body[i], wall));
+      if (!(normal.overlap > 0.0)) continue;
+      const double area = body[i].radius * normal.overlap;
+      stress[i] = std::max(stress[i], normal.force / (std::numbers::pi * area));
+    }
+  }
+  return stress;
 }
 
 double axial_strain(const Specimen& specimen) {

@@ -53,6 +53,10 @@ struct Coordination {
 };
 Coordination coordination(const Specimen& specimen, const ContactModel& model);
 
+/// sigma_mob of each particle (eq 12), walls included, with the bits of a measuring cycle [Pa]. Needs a valid
+/// list.
+std::vector<double> mobilised_stress(const Specimen& specimen, const ContactModel& model);
+
 double axial_strain(const Specimen& specimen);       ///< engineering, along z; 0 before the end of packing
 double volumetric_strain(const Specimen& specimen);  ///< -dV/V0; 0 before the end of packing
 

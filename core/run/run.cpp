@@ -14,6 +14,7 @@
 #include "core/run/ageing.h"
 #include "core/run/instruction_set.h"
 #include "core/run/samples.h"
+#include "core/run/snapshot.h"
 #include "core/run/state.h"
 
 namespace creep {
@@ -61,6 +62,9 @@ struct Run::Impl {
     emit(RecordKind::kSample, sample_values(state, experiment, dynamics.model(), phase), batch);
   }
   void emit_grading(Batch& batch);
+  /// Right after a sample, while the list is valid.
+  void emit_snapshot(Batch& batch) const;
+  bool passes_decade_of_age();
   Phase phase() const;
 
   const Experiment experiment;
@@ -116,6 +120,7 @@ void Run::Impl::pack(Batch& batch) {
   cursor.initial_grading_index = grading_index(state.specimen, experiment.material);
   emit_sample(Phase::kPacking, batch);
   emit_grading(batch);
+  emit_snapshot(batch);
   begin_stage(0);
   batch.stage_ended = true;
 }
@@ -138,6 +143,8 @@ void Run::Impl::begin_stage(std::int64_t stage) {
   const auto& creep = std::get<CreepStage>(wanted);
   if (creep.axial_stress) cursor.target = *creep.axial_stress;
   state.specimen.clocks.hold_start = state.specimen.clocks.age + state.specimen.clocks.dynamic_time;
+  cursor.age_loaded = state.specimen.clocks.age;
+  cursor.next_snapshot_age = Cursor::kFirstSnapshotAge;
   cursor.strain_loaded = axial_strain(state.specimen);
   cursor.broken_loaded = state.specimen.broken_total;
   cursor.dynamic_stage = 0;
@@ -203,6 +210,7 @@ void Run::Impl::load(Batch& batch) {
     emit_sample(Phase::kLoading, batch);
     emit(RecordKind::kStage, stage_values(state, experiment, true), batch);
     emit_grading(batch);
+    emit_snapshot(batch);
     next_stage(batch);
   } else if (const double inertia = inertial_number(state.specimen, experiment);
              inertia > kLargestInertialNumber) {
@@ -262,9 +270,11 @@ void Run::Impl::end_dynamic_stage(Batch& batch, bool settled) {
   emit(RecordKind::kStage, stage_values(state, experiment, settled), batch);
   emit_grading(batch);
   batch.stage_ended = true;
-  if (!settled) return;
   const auto& creep = std::get<CreepStage>(experiment.program[static_cast<std::size_t>(cursor.stage)]);
-  if (cursor.closing || state.specimen.clocks.creep_time() >= creep.duration) {
+  const bool hold_ends = !settled || cursor.closing || state.specimen.clocks.creep_time() >= creep.duration;
+  if (passes_decade_of_age() || hold_ends) emit_snapshot(batch);
+  if (!settled) return;
+  if (hold_ends) {
     next_stage(batch);
   } else {
     cursor.act = Cursor::Act::kAgeing;
@@ -320,6 +330,21 @@ void Run::Impl::emit_grading(Batch& batch) {
   for (std::vector<double>& row : grading_values(state, experiment))
     emit(RecordKind::kGrading, std::move(row), batch);
   ++state.cursor.curves;
+}
+
+void Run::Impl::emit_snapshot(Batch& batch) const {
+  if (!experiment.output.snapshots_per_decade) return;
+  for (Snapshot& snapshot : snapshots(state, experiment, dynamics.model()))
+    batch.snapshots.push_back(std::move(snapshot));
+}
+
+bool Run::Impl::passes_decade_of_age() {
+  // The cursor moves whether or not there are snapshots: output changes no bit of a checkpoint.
+  Cursor& cursor = state.cursor;
+  const double age = state.specimen.clocks.age - cursor.age_loaded;
+  const bool passes = age >= cursor.next_snapshot_age;
+  while (age >= cursor.next_snapshot_age) cursor.next_snapshot_age *= 10.0;
+  return passes;
 }
 
 Run::Run(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -48,13 +48,29 @@ struct Progress {
   double stage_fraction = 0.0;  ///< of the present stage done [0, 1], a rough guess
 };
 
+/// When a snapshot was taken.
+struct SnapshotHead {
+  double age = 0.0;                 ///< [s]
+  double dynamic_time = 0.0;        ///< [s]
+  double creep_time = 0.0;          ///< [s]; 0 outside a hold
+  std::uint64_t next_sequence = 0;  ///< of the first record made after it
+};
+
+/// One file for a viewer (snapshot.h).
+struct Snapshot {
+  std::string name;  ///< of the file; the same state has the same name in every attempt
+  SnapshotHead head;
+  std::string bytes;
+};
+
 /// What one advance() brought forth.
 struct Batch {
-  std::vector<Record> records;  ///< in sequence
-  std::int64_t cycles = 0;      ///< computed now
-  double particle_steps = 0.0;  ///< cycles x particles computed now
-  std::int64_t rebuilds = 0;    ///< neighbour searches now (depends on skin and schedule, not on the physics)
-  bool stage_ended = false;     ///< packing, a program stage or a dynamic stage ended: a checkpoint is due
+  std::vector<Record> records;      ///< in sequence
+  std::vector<Snapshot> snapshots;  ///< in order; none unless the experiment asks for them
+  std::int64_t cycles = 0;          ///< computed now
+  double particle_steps = 0.0;      ///< cycles x particles computed now
+  std::int64_t rebuilds = 0;  ///< neighbour searches now (depends on skin and schedule, not on the physics)
+  bool stage_ended = false;   ///< packing, a program stage or a dynamic stage ended: a checkpoint is due
   std::optional<Outcome> outcome;  ///< set once, at the end
 };
 

@@ -233,7 +233,7 @@ void visit_energy(Archive& archive, Of& energy) {
 }
 
 template <class Archive, class OfPacking, class OfCursor>
-void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor) {
+void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor, std::uint64_t version) {
   archive(packing.step);
   archive(packing.growth);
   archive(packing.step_cycle);
@@ -265,6 +265,9 @@ void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor) {
   archive(cursor.initial_grading_index);
   archive(cursor.largest_ripple);
   archive(cursor.broken_loaded);
+  if (version < 2) return;
+  archive(cursor.age_loaded);
+  archive(cursor.next_snapshot_age);
 }
 
 template <class Archive, class Of>
@@ -296,8 +299,13 @@ void append_section(std::string& out, std::string_view name, const Writer& secti
   out += section.bytes();
 }
 
+struct Verified {
+  std::uint64_t version = 0;
+  std::vector<std::string_view> sections;
+};
+
 /// Splits a checkpoint into its sections, in the fixed order, each verified.
-absl::StatusOr<std::vector<std::string_view>> verified_sections(std::string_view bytes) {
+absl::StatusOr<Verified> verified_sections(std::string_view bytes) {
   if (bytes.substr(0, kMagic.size()) != kMagic)
     return absl::DataLossError("not a checkpoint: wrong first bytes");
   bytes.remove_prefix(kMagic.size());
@@ -308,12 +316,11 @@ absl::StatusOr<std::vector<std::string_view>> verified_sections(std::string_view
     bytes.remove_prefix(8);
     return true;
   };
-  std::uint64_t version = 0;
-  if (!take(version) || version != kCheckpointVersion) {
-    return absl::DataLossError(
-        absl::StrCat("checkpoint format ", version, ", this program reads ", kCheckpointVersion));
+  Verified verified;
+  if (!take(verified.version) || verified.version < 1 || verified.version > kCheckpointVersion) {
+    return absl::DataLossError(absl::StrCat("checkpoint format ", verified.version,
+                                            ", this program reads 1 to ", kCheckpointVersion));
   }
-  std::vector<std::string_view> sections;
   for (const std::string_view expected : kSections) {
     const auto cut = [&] {
       return absl::DataLossError(absl::StrCat("checkpoint cut short at section ", std::string(expected)));
@@ -332,11 +339,11 @@ absl::StatusOr<std::vector<std::string_view>> verified_sections(std::string_view
       return absl::DataLossError(
           absl::StrCat("checkpoint damaged: wrong checksum of section ", std::string(expected)));
     }
-    sections.push_back(section);
+    verified.sections.push_back(section);
     bytes.remove_prefix(kChecksum + size);
   }
   if (!bytes.empty()) return absl::DataLossError("checkpoint followed by bytes that do not belong to it");
-  return sections;
+  return verified;
 }
 
 absl::Status consistent(const RunState& state, const std::vector<PairShear>& history) {
@@ -392,16 +399,16 @@ std::string write_checkpoint(const RunState& state, const CheckpointInfo& info) 
   visit_surroundings(section[3], state.specimen);
   visit_fines(section[4], state.specimen.fines);
   visit_energy(section[5], state.specimen.energy);
-  visit_cursor(section[6], state.packing, state.cursor);
+  visit_cursor(section[6], state.packing, state.cursor, kCheckpointVersion);
   for (std::size_t s = 0; s < 7; ++s) append_section(out, kSections[s], section[s]);
   return out;
 }
 
 absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
-  const absl::StatusOr<std::vector<std::string_view>> sections = verified_sections(bytes);
-  if (!sections.ok()) return sections.status();
+  const absl::StatusOr<Verified> verified = verified_sections(bytes);
+  if (!verified.ok()) return verified.status();
   std::vector<Reader> reader;
-  for (const std::string_view section : *sections) reader.emplace_back(section);
+  for (const std::string_view section : verified->sections) reader.emplace_back(section);
   RunState state;
   CheckpointInfo info;
   std::vector<PairShear> history;
@@ -411,7 +418,7 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
   visit_surroundings(reader[3], state.specimen);
   visit_fines(reader[4], state.specimen.fines);
   visit_energy(reader[5], state.specimen.energy);
-  visit_cursor(reader[6], state.packing, state.cursor);
+  visit_cursor(reader[6], state.packing, state.cursor, verified->version);
   for (std::size_t s = 0; s < reader.size(); ++s) {
     if (!reader[s].done()) {
       return absl::DataLossError(
@@ -429,13 +436,13 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
 }
 
 absl::StatusOr<CheckpointInfo> read_checkpoint_info(std::string_view checkpoint) {
-  const absl::StatusOr<std::vector<std::string_view>> sections = verified_sections(checkpoint);
-  if (!sections.ok()) return sections.status();
-  Reader reader(sections->front());
+  const absl::StatusOr<Verified> verified = verified_sections(checkpoint);
+  if (!verified.ok()) return verified.status();
+  Reader reader(verified->sections.front());
   CheckpointInfo info;
   visit_info(reader, info);
   if (!reader.done()) return absl::DataLossError("checkpoint section info has a wrong length");
-  info.format_version = kCheckpointVersion;
+  info.format_version = static_cast<std::uint32_t>(verified->version);
   return info;
 }
 

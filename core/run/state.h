@@ -14,6 +14,8 @@ namespace creep {
 
 /// Where in the program a run stands, and what its records and summary need of the past.
 struct Cursor {
+  /// The first decade that a snapshot waits for [s].
+  static constexpr double kFirstSnapshotAge = 1.0;
   enum class Act : std::uint8_t { kPacking, kLoading, kDynamicStage, kAgeing, kDone };
   Act act = Act::kPacking;
   std::int64_t stage = -1;           ///< place in the program
@@ -38,6 +40,9 @@ struct Cursor {
   double initial_grading_index = 0.0;
   double largest_ripple = 0.0;     ///< of the present hold, its initial dynamic stage left out
   std::int64_t broken_loaded = 0;  ///< broken_total when the present hold began
+  double age_loaded = 0.0;         ///< age when the present hold began [s]
+  /// Age since then that the next snapshot waits for [s].
+  double next_snapshot_age = kFirstSnapshotAge;
 };
 
 struct RunState {
@@ -54,8 +59,8 @@ std::string digest_of(const RunState& state);
 /// Bytes of a checkpoint: magic, version, then named sections, each with its length and checksum.
 ///
 /// To change the format: raise kCheckpointVersion, keep reading the old one or refuse it by name, and keep an
-/// old file among the tests.
-inline constexpr std::uint32_t kCheckpointVersion = 1;
+/// old file among the tests. Version 1, which does not know about snapshots, is read too.
+inline constexpr std::uint32_t kCheckpointVersion = 2;
 std::string write_checkpoint(const RunState& state, const CheckpointInfo& info);
 
 /// Errors: DataLoss for anything that is not a whole, undamaged checkpoint of this version.

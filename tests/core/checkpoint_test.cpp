@@ -1,7 +1,9 @@
 // A damaged checkpoint is refused, never loaded and never a crash.
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <random>
+#include <sstream>
 
 #include "core/run/run.h"
 #include "core/run/state.h"
@@ -114,6 +116,23 @@ TEST(Checkpoint, made_with_other_arithmetic_needs_a_word_and_leaves_a_mark) {
   ASSERT_TRUE(run.ok()) << run.status();
   EXPECT_TRUE((*run)->inexact());
   EXPECT_TRUE(read_checkpoint_info((*run)->checkpoint())->inexact);
+}
+
+TEST(Checkpoint, of_version_1_is_read) {
+  std::ifstream file(CREEP_SOURCE_DIR "/tests/core/checkpoint_v1.bin", std::ios::binary);
+  std::ostringstream old;
+  old << file.rdbuf();
+  const auto info = read_checkpoint_info(old.str());
+  ASSERT_TRUE(info.ok()) << info.status();
+  EXPECT_EQ(info->format_version, 1u);
+  const auto state = read_checkpoint(old.str());
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_EQ(digest_of(*state), info->state_digest);
+  EXPECT_EQ(state->cursor.next_snapshot_age, Cursor::kFirstSnapshotAge);
+  const auto rewritten = read_checkpoint_info(write_checkpoint(*state, *info));
+  ASSERT_TRUE(rewritten.ok()) << rewritten.status();
+  EXPECT_EQ(rewritten->format_version, kCheckpointVersion);
+  EXPECT_EQ(rewritten->state_digest, info->state_digest);
 }
 
 TEST(Checkpoint, reads_back_every_bit_it_wrote) {
