@@ -109,13 +109,20 @@ absl::StatusOr<std::string> records_before(const fs::path& log, std::uint64_t ne
 
 absl::Status make_job_folder(const fs::path& folder, std::string_view spec) {
   if (::mkdir(folder.c_str(), 0755) != 0) return errno_status(absl::StrCat("mkdir ", folder.string()), errno);
-  absl::Status status = write_durably(JobDirectory(folder).job_file(), spec);
-  if (status.ok()) status = sync_directory(folder.parent_path());
+  absl::Status status = replace_file(JobDirectory(folder).job_file(), spec);
   if (!status.ok()) {
     std::error_code ignored;
     fs::remove_all(folder, ignored);
   }
   return status;
+}
+
+absl::Status secure_job_folder(const fs::path& folder, std::string_view spec) {
+  if (::mkdir(folder.c_str(), 0755) != 0 && errno != EEXIST) {
+    return errno_status(absl::StrCat("mkdir ", folder.string()), errno);
+  }
+  if (auto status = write_durably(JobDirectory(folder).job_file(), spec); !status.ok()) return status;
+  return sync_directory(folder.parent_path());
 }
 
 std::vector<Artifact> list_artifacts(const fs::path& folder) {

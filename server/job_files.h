@@ -14,8 +14,12 @@
 
 namespace creepd {
 
-/// STATE/jobs/ID with job.toml in it, durable. What was begun is removed on an error.
+/// STATE/jobs/ID with job.toml in it. Not durable: the store has the job file too, and an attempt does not
+/// start without secure_job_folder(). What was begun is removed on an error.
 absl::Status make_job_folder(const std::filesystem::path& folder, std::string_view spec);
+
+/// The same, durable; mends a folder that a power cut took or tore.
+absl::Status secure_job_folder(const std::filesystem::path& folder, std::string_view spec);
 
 struct Artifact {
   std::string name;  ///< relative to the folder, e.g. "checkpoints/ck.7"

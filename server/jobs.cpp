@@ -147,7 +147,7 @@ absl::StatusOr<JobStore::Inserted> Jobs::submit(const Caller& caller, const Subm
   if (!job.ok()) return job.status();
   if (auto status = check_room(job->memory_estimate); !status.ok()) return status;
   job->id = new_id();
-  // The folder first: a row promises that it is there. Without a row it is removed at the next start.
+  // The folder first; without a row it is removed at the next start of the daemon.
   if (auto status = make_job_folder(folder(job->id), submission.spec); !status.ok()) return status;
   const std::filesystem::path made = folder(job->id);
   return insert(*std::move(job), key, made);
@@ -169,6 +169,8 @@ absl::StatusOr<JobStore::Inserted> Jobs::fork(const Caller& caller, const std::s
   job->id = new_id();
   const std::filesystem::path made = folder(job->id);
   if (auto status = make_job_folder(made, submission.spec); !status.ok()) return status;
+  // What is taken over exists nowhere else: durable before the row.
+  if (auto status = secure_job_folder(made, submission.spec); !status.ok()) return status;
   const auto taken = fork_into(folder(source), made, generation, job->experiment_hash);
   if (!taken.ok()) {
     std::error_code ignored;

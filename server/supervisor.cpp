@@ -309,20 +309,20 @@ void Supervisor::start_attempt(const Job& queued) {
     return absl::OkStatus();
   });
   if (!job.ok()) return;
+  // Once a job, and again where a power cut took it: a lease means that a worker found it well.
+  if (!lease_attempt(folder)) {
+    if (auto status = secure_job_folder(folder, job->spec); !status.ok()) {
+      return conclude_unstarted(*job, [&](AttemptEnd& end) {
+        end.exit_code = kIoError;
+        end.verdict = Ending{kIoError, "io_error", std::string(status.message()), ""};
+      });
+    }
+  }
   auto process = WorkerProcess::start(
       {options_.worker, folder, job->lease_attempt, options_.threads_per_job, options_.checkpoint_interval});
   if (!process.ok()) {
     log_line(absl::StrCat("job ", job->id, ": ", std::string(process.status().message())));
-    const auto concluded = store_.change(job->id, [&](Job& row) {
-      AttemptEnd end = look_at(folder, row.lease_attempt);
-      end.verdict.reset();
-      end.never_started = true;
-      conclude(row, end, now());
-      return absl::OkStatus();
-    });
-    if (!concluded.ok())
-      log_line("the failed start cannot be stored; it is looked into at the next start of creepd");
-    return;
+    return conclude_unstarted(*job, [](AttemptEnd& end) { end.never_started = true; });
   }
   log_line(
       absl::StrCat("job ", job->id, " attempt ", job->lease_attempt, " started, process ", process->id()));
@@ -341,6 +341,17 @@ void Supervisor::start_attempt(const Job& queued) {
                   .said_not_stored = false,
                   .end = std::nullopt};
   running_.emplace(job->id, std::move(running));
+}
+
+void Supervisor::conclude_unstarted(const Job& job, const std::function<void(AttemptEnd&)>& say_why) {
+  const auto concluded = store_.change(job.id, [&](Job& row) {
+    AttemptEnd end = look_at(options_.jobs / job.id, row.lease_attempt);
+    say_why(end);
+    conclude(row, end, now());
+    return absl::OkStatus();
+  });
+  if (!concluded.ok())
+    log_line("the failed start cannot be stored; it is looked into when creepd starts again");
 }
 
 absl::Status Supervisor::recover() {

@@ -10,6 +10,7 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -85,6 +86,7 @@ class Supervisor {
   void resume_where_room();
   void start_next();
   void start_attempt(const Job& job);
+  void conclude_unstarted(const Job& job, const std::function<void(AttemptEnd&)>& say_why);
   void ask_to_stop(Running& running, bool now);
   absl::Status recover_running(const Job& job);
   absl::Status tell_all(const std::string& id, const std::filesystem::path& folder, SampleIndex& samples);
