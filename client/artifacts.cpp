@@ -131,7 +131,7 @@ class ArtifactFetch {
       if (CallResult renamed = folder_.rename(name_, partial_); !renamed.ok()) return renamed;
     }
     for (int i = 0; i < kReplacements; ++i) {
-      const CallResult result = bring();
+      CallResult result = bring();
       const bool other_file = result.reason == "ARTIFACT_REPLACED" || result.reason == "OFFSET_BEYOND_END";
       if (!other_file) return result;
       std::filesystem::remove(folder_.file(partial_), error);
@@ -152,7 +152,7 @@ class ArtifactFetch {
               std::ios::binary | (position.offset > 0 ? std::ios::app : std::ios::trunc));
     CallResult local = out_ ? CallResult() : cannot_write(folder_.file(partial_), std::strerror(errno));
     if (!local.ok()) return local;
-    const CallResult result = read_artifact(
+    CallResult result = read_artifact(
         connection_, job_, name_, position,
         [&](const api::Artifact& artifact) {
           if (folder_.etag(partial_) != artifact.etag()) local = folder_.set_etag(partial_, artifact.etag());
@@ -240,7 +240,7 @@ CallResult fetch_all(Connection& connection, const std::string& job, const std::
       return failed(absl::DataLossError(absl::StrCat("the daemon names a file \"", artifact.name(), "\"")));
     }
     FetchedFile file{.name = artifact.name()};
-    const CallResult result = ArtifactFetch(connection, job, target, file).run(artifact);
+    CallResult result = ArtifactFetch(connection, job, target, file).run(artifact);
     if (result.reason == "ARTIFACT_NOT_FOUND") continue;  // an old checkpoint, dropped since it was listed
     if (!result.ok()) return result;
     said(file);

@@ -25,7 +25,10 @@ class Follower {
       CallResult end = read_one_stream();
       if (end.ok() && !is_final(state_)) end = look_at_the_end();
       if (is_final(state_)) return {FollowEnd::kFinal, state_, {}};
-      if (deadline_ && Clock::now() >= *deadline_) return {FollowEnd::kTimedOut, state_, {}};
+      // gRPC's timer can be a little ahead of our clock.
+      const bool timed_out =
+          deadline_ && (absl::IsDeadlineExceeded(end.status) || Clock::now() >= *deadline_);
+      if (timed_out) return {FollowEnd::kTimedOut, state_, {}};
       // A daemon that restarts can find all its watchers back before it knows which have gone.
       const bool crowded = end.reason == "TOO_MANY_WATCHERS" && answered_once_;
       if (!end.lost() && !crowded) return {FollowEnd::kRefused, state_, end};

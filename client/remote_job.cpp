@@ -23,6 +23,12 @@ bool says_nothing(api::StateReason reason) {
          reason == api::PAUSED_BY_USER || reason == api::CANCELLED_BY_USER;
 }
 
+/// "pause requested"
+std::string words_of(api::StateReason reason) {
+  if (!api::StateReason_IsValid(reason)) return "";
+  return absl::StrReplaceAll(absl::AsciiStrToLower(api::StateReason_Name(reason)), {{"_", " "}});
+}
+
 }  // namespace
 
 CallResult list_jobs(Connection& connection, api::ListJobsRequest request, std::size_t limit,
@@ -31,7 +37,7 @@ CallResult list_jobs(Connection& connection, api::ListJobsRequest request, std::
   do {
     const std::size_t wanted = limit == 0 ? kPageSize : std::min<std::size_t>(kPageSize, limit - jobs.size());
     request.set_page_size(static_cast<int>(wanted));
-    const CallResult result = connection.call(request, page);
+    CallResult result = connection.call(request, page);
     if (!result.ok()) return result;
     for (api::Job& job : *page.mutable_jobs()) jobs.push_back(std::move(job));
     request.set_page_token(page.next_page_token());
@@ -42,11 +48,11 @@ CallResult list_jobs(Connection& connection, api::ListJobsRequest request, std::
 CallResult find_job(Connection& connection, const std::string& id_or_prefix, api::Job& job) {
   api::GetJobRequest request;
   request.set_job(id_or_prefix);
-  const CallResult result = connection.call(request, job);
+  CallResult result = connection.call(request, job);
   const bool unknown = absl::IsNotFound(result.status) || absl::IsInvalidArgument(result.status);
   if (!unknown || id_or_prefix.size() < kShortestPrefix) return result;
   std::vector<api::Job> jobs;
-  if (const CallResult listed = list_jobs(connection, {}, 0, jobs); !listed.ok()) return listed;
+  if (CallResult listed = list_jobs(connection, {}, 0, jobs); !listed.ok()) return listed;
   std::vector<std::string> ids;
   for (const api::Job& candidate : jobs) {
     if (absl::StartsWith(candidate.id(), id_or_prefix)) ids.push_back(candidate.id());
@@ -70,7 +76,7 @@ CallResult find_job(Connection& connection, const std::string& id_or_prefix, api
 int find_jobs(Connection& connection, const std::vector<std::string>& ids, std::vector<api::Job>& jobs) {
   int exit_code = kOk;
   for (const std::string& id : ids) {
-    const CallResult result = find_job(connection, id, jobs.emplace_back());
+    CallResult result = find_job(connection, id, jobs.emplace_back());
     if (result.ok()) continue;
     print_failure(result);
     exit_code = exit_code_of(result);
@@ -89,9 +95,12 @@ int exit_code_of(api::JobState state) {
 
 std::string state_text(api::JobState state, api::StateReason reason) {
   std::string text = api::JobState_IsValid(state) ? api::JobState_Name(state) : "UNKNOWN";
-  if (says_nothing(reason) || !api::StateReason_IsValid(reason)) return text;
-  return text + ", " +
-         absl::StrReplaceAll(absl::AsciiStrToLower(api::StateReason_Name(reason)), {{"_", " "}});
+  const std::string words = words_of(reason);
+  return says_nothing(reason) || words.empty() ? text : text + ", " + words;
+}
+
+std::string news_in(const std::string& message, api::StateReason reason) {
+  return message == words_of(reason) ? "" : message;
 }
 
 RunProgress run_progress_of(const api::Job& job) {

@@ -28,6 +28,9 @@ int exit_code_of(api::JobState state);
 /// "RUNNING", "PAUSED, disk full", "FAILED, guard stop"
 std::string state_text(api::JobState state, api::StateReason reason);
 
+/// The message, or "" if it only repeats the reason in small letters.
+std::string news_in(const std::string& message, api::StateReason reason);
+
 /// Figures of the sample with the guesses of the progress, as the live line takes them.
 RunProgress run_progress_of(const api::Job& job);
 

@@ -47,7 +47,7 @@ void print_text(const api::Job& job) {
   std::printf("%s %s\n", job.id().c_str(), job.name().c_str());
   const std::string state = state_text(job.state(), job.state_reason());
   line("state", job.state() == api::FAILED ? red(state, stdout) : state);
-  line("", job.state_message());
+  line("", news_in(job.state_message(), job.state_reason()));
   if (job.queue_position() > 0) line("queue position", absl::StrCat(job.queue_position()));
   if (job.state() == api::RUNNING && job.has_progress()) {
     const creep::ParseResult parsed = creep::parse_experiment(job.spec());

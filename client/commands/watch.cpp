@@ -92,10 +92,11 @@ class Watcher {
   }
 
   void say_state(api::JobState state, api::StateReason reason, const std::string& message) {
-    const std::string text = state_text(state, reason);
-    if (text == said_ && message.empty()) return;
+    const std::string news = news_in(message, reason);
+    const std::string text = absl::StrCat(state_text(state, reason), news.empty() ? "" : ": ", news);
+    if (text == said_) return;
     said_ = text;
-    display_.say(absl::StrCat(job_.id(), ": ", text, message.empty() ? "" : ": ", message));
+    display_.say(job_.id() + ": " + text);
   }
 
   Connection& connection_;

@@ -101,6 +101,8 @@ TEST(StateText, ExplainsOnlyWhatTheStateDoesNotSay) {
   EXPECT_EQ(state_text(api::RUNNING, api::PAUSE_REQUESTED), "RUNNING, pause requested");
   EXPECT_EQ(state_text(api::SUCCEEDED, api::COMPLETED), "SUCCEEDED");
   EXPECT_EQ(state_text(api::SUCCEEDED, api::CREEP_FAILURE), "SUCCEEDED, creep failure");
+  EXPECT_EQ(news_in("completed", api::COMPLETED), "");
+  EXPECT_EQ(news_in("checkpoint 3 was damaged", api::COMPLETED), "checkpoint 3 was damaged");
 }
 
 TEST(Label, IsAKeyAndAValue) {

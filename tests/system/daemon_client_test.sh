@@ -57,8 +57,8 @@ numbers_once() {
     fail "the events in $1 have a gap or a repeat"
 }
 
-# About two seconds of computing, so that there is time to meddle.
-sed -i 's/minimum_cycles = 3000/minimum_cycles = 15000/' "$job"
+# About one and a half seconds of computing, so that there is time to meddle.
+sed -i 's/minimum_cycles = 3000/minimum_cycles = 12000/' "$job"
 undisturbed
 start_daemon
 
