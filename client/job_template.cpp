@@ -75,7 +75,7 @@ fidelity = "paper"                       # the settings of the paper; each key b
 # skin = "2.1 um"                        # of the neighbour list; 1 nm to 1 cm; default: 0.01 d50; changes no result
 
 [output]
-# snapshots = "none"                     # or "per decade of age"
+# snapshots = "none"                     # or "per decade of age": particles and contacts for ParaView
 )toml";
 
 void replace(std::string& text, std::string_view mark, std::string_view value) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The Debian 12 packages that creepd is built and tested with: the only list of them.
 #
-# Source it and call install_packages, or run it: deploy/packages.sh [build|test|tidy ...] (default: build).
+# Source it and call install_packages, or run it: deploy/packages.sh [build|test|long-test|tidy ...] (default: build).
 # Each package's reason is in deploy/README.md.
 
 creep_build_packages=(
@@ -11,6 +11,7 @@ creep_build_packages=(
   libgrpc++-dev protobuf-compiler-grpc protobuf-compiler libprotobuf-dev libsqlite3-dev
 )
 creep_test_packages=(libgtest-dev clang-format python3-grpcio)
+creep_long_test_packages=(python3-vtk9)
 creep_tidy_packages=(clang-tidy)
 
 # Sets missing_packages to those of the given packages that are not installed.
@@ -66,9 +67,10 @@ if [[ "${BASH_SOURCE[0]}" == "$0" ]]; then
     case "$list" in
       build) install_packages "${creep_build_packages[@]}" ;;
       test) install_packages "${creep_test_packages[@]}" ;;
+      long-test) install_packages "${creep_long_test_packages[@]}" ;;
       tidy) install_packages "${creep_tidy_packages[@]}" ;;
       *)
-        printf 'usage: %s [build|test|tidy ...]\n' "$0" >&2
+        printf 'usage: %s [build|test|long-test|tidy ...]\n' "$0" >&2
         exit 2
         ;;
     esac

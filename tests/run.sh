@@ -8,9 +8,13 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 selection=(--label-exclude '^long$')
+long=0
 case "${1:-}" in
   "") ;;
-  --all) selection=() ;;
+  --all)
+    selection=()
+    long=1
+    ;;
   *)
     printf 'usage: tests/run.sh [--all]\n' >&2
     exit 2
@@ -22,6 +26,9 @@ source deploy/packages.sh
 # shellcheck source=tests/run_ctest.sh
 source tests/run_ctest.sh
 install_packages "${creep_build_packages[@]}" "${creep_test_packages[@]}"
+if ((long)); then
+  install_packages "${creep_long_test_packages[@]}"
+fi
 
 launcher=()
 if command -v ccache >/dev/null; then
