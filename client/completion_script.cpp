@@ -43,6 +43,7 @@ std::string in_quotes(const std::string& text) {
 
 std::vector<std::string> names_of(const std::vector<CommandWords>& commands) {
   std::vector<std::string> names;
+  names.reserve(commands.size());
   for (const CommandWords& command : commands) {
     names.push_back(command.name.substr(command.name.find_last_of(' ') + 1));
   }

@@ -49,7 +49,7 @@ class Watcher {
             },
         .again =
             [this](double seconds) { display_.warn("connected again after " + short_duration(seconds)); }};
-    const FollowEnd end = follow(connection_, job_.id(), after_seq, std::nullopt, listener);
+    FollowEnd end = follow(connection_, job_.id(), after_seq, std::nullopt, listener);
     display_.finish();
     return end;
   }
