@@ -26,8 +26,8 @@ constexpr std::int64_t kSettleWindow = 5000;    // cycles on target and without 
 constexpr std::int64_t kUnsettledFactor = 10;   // x minimum_cycles: longer than that is not settling
 constexpr double kCreepFailureStrain = 0.2;     // axial creep strain
 constexpr double kLargestOverlap = 1.0;  // of the smaller radius: its centre reaches the surface of the other
-constexpr double kLargestInertialNumber = 0.05;  // of loading: beyond it stresses are not quasi-static
-constexpr double kLargestLoadingStrain = 0.5;    // axial, before loading is given up
+constexpr double kLargestInertialNumber = 0.1;  // of loading: beyond it grains collide rather than bear
+constexpr double kLargestLoadingStrain = 0.5;   // axial, before loading is given up
 constexpr double kVoidRatioTolerance = 0.002;
 
 Outcome guard(std::string reason, std::string advice) {
