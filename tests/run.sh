@@ -39,7 +39,7 @@ cmake --build --preset release
 
 # A second, unoptimised build of the simulator: the system tests compare its results with Release, bit for bit.
 cmake --preset debug -DCREEP_TESTS=ON "${launcher[@]}"
-cmake --build --preset debug --target creep-worker creepctl
+cmake --build --preset debug --target creep-worker
 export CREEP_OTHER_BIN=$PWD/build/debug/bin
 
 status=0

@@ -22,8 +22,10 @@ same_result "$work/skin"
 expect_exit 0 run_job "$work/searches" "$job" --rebuild-every 1
 same_result "$work/searches"
 
-if [[ -x "${CREEP_OTHER_BIN:-}/creepctl" ]]; then
-  bin=$CREEP_OTHER_BIN expect_exit 0 run_job "$work/other"
+if [[ -x "${CREEP_OTHER_BIN:-}/creep-worker" ]]; then
+  mkdir "$work/other"
+  cp "$job" "$work/other/job.toml"
+  expect_exit 0 "$CREEP_OTHER_BIN/creep-worker" "$work/other" --threads 1
   same_result "$work/other"
 else
   printf 'CREEP_OTHER_BIN does not name another build: not compared\n'
