@@ -96,8 +96,11 @@ Layout layout(const Chart& chart) {
     }
     if (series.shape == Shape::kBars) {
       for (const PlacedPoint& point : points) {
-        for (double y = point.at.y; y < out.plot.y + out.plot.height; y += 8.0)
-          out.bar_bodies.push_back({point.at.x, y});
+        constexpr double kStep = 8.0;
+        const double depth = out.plot.y + out.plot.height - point.at.y;
+        for (int step = 0; kStep * step < depth; ++step) {
+          out.bar_bodies.push_back({point.at.x, point.at.y + kStep * step});
+        }
       }
     }
     out.paths.push_back(path_of(series, points));
