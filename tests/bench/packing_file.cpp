@@ -16,7 +16,7 @@ namespace {
 
 using Sphere = std::array<double, 4>;
 
-/// Cells of a tenth of a millimetre, row by row in serpentine order: neighbours in space are near in memory.
+/// Cells about a grain wide, row by row: neighbours in space are near in memory.
 std::array<long, 3> cell(const Sphere& s) {
   constexpr double kCell = 3e-4;
   return {static_cast<long>(s[2] / kCell), static_cast<long>(s[1] / kCell), static_cast<long>(s[0] / kCell)};
