@@ -32,48 +32,6 @@ Eigen::Vector3d momentum(const Specimen& specimen) {
   return sum;
 }
 
-/// notes of the closed form: quadrature of m* v dv = -F d(overlap) for two grains of 0.21 mm.
-struct HeadOn {
-  double velocity, overlap, force, duration;
-};
-
-class RoughCollision : public ::testing::TestWithParam<HeadOn> {};
-
-TEST_P(RoughCollision, has_the_peak_overlap_force_and_duration_of_the_quadrature) {
-  const HeadOn& known = GetParam();
-  Experiment experiment;
-  experiment.numerics.local_damping = 0.0;
-  experiment.numerics.time_step_safety = 5e-4;  // the scheme's error is (omega step)^2 / 8, below 1e-5 here
-  Dynamics dynamics(experiment, widest_kernels(), {});
-  constexpr double kRadius = 0.105e-3, kMiddle = 5e-3;
-  Specimen specimen = balls(experiment, 1e-2,
-                            {{kMiddle - kRadius, kMiddle, kMiddle, kRadius, 0.5 * known.velocity, 0, 0},
-                             {kMiddle + kRadius, kMiddle, kMiddle, kRadius, -0.5 * known.velocity, 0, 0}});
-  dynamics.assess(specimen);
-  double largest_overlap = 0.0, largest_force = 0.0, elapsed = 0.0, duration = 0.0;
-  const auto& body = specimen.particles.body;
-  for (int cycle = 0; cycle < 20000 && duration == 0.0; ++cycle) {
-    elapsed += specimen.time_step;
-    const double kick = 0.5 * (specimen.last_time_step + specimen.time_step), before = body[1].vx;
-    dynamics.cycle(specimen, kFixedWalls);
-    const double overlap = 2.0 * kRadius - (body[1].x - body[0].x);
-    largest_overlap = std::max(largest_overlap, overlap);
-    largest_force = std::max(largest_force, specimen.particles.mass[1] * (body[1].vx - before) / kick);
-    if (overlap < 0.0) duration = elapsed + overlap / (body[1].vx - body[0].vx);
-  }
-  // Half a unit of the last of six digits, and the scheme.
-  EXPECT_NEAR(largest_overlap / known.overlap, 1.0, 3e-5);
-  EXPECT_NEAR(largest_force / known.force, 1.0, 3e-5);
-  EXPECT_NEAR(duration / known.duration, 1.0, 3e-4);                   // four digits
-  EXPECT_NEAR((body[1].vx - body[0].vx) / known.velocity, 1.0, 1e-5);  // elastic
-}
-
-INSTANTIATE_TEST_SUITE_P(HeadOn, RoughCollision,
-                         ::testing::Values(HeadOn{0.1, 0.0866721e-6, 1.06595e-3, 2.457e-6},
-                                           HeadOn{1.0, 0.429846e-6, 0.0214933, 1.21854e-6},
-                                           HeadOn{10.0, 2.13268e-6, 0.432158, 0.604851e-6},
-                                           HeadOn{50.0, 6.57997e-6, 3.47548, 0.373969e-6}));
-
 TEST(Dynamics, an_oblique_collision_of_unequal_grains_conserves_momentum) {
   Experiment experiment;
   experiment.numerics.local_damping = 0.0;

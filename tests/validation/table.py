@@ -1,0 +1,33 @@
+#!/usr/bin/env python3
+"""table.py BIN: runs the validation tests in BIN and puts what they measured into tests/README.md, between the lines
+that mark the table. Exit 1 if a test fails; then nothing is written."""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+PROGRAMS = ["collision_test", "fcc_test"]
+BEGIN = "<!-- validation table: tests/validation/table.py -->"
+END = "<!-- end of the validation table -->"
+
+binaries = pathlib.Path(sys.argv[1])
+readme = pathlib.Path(__file__).resolve().parent.parent / "README.md"
+rows = []
+for program in PROGRAMS:
+    with tempfile.NamedTemporaryFile(suffix=".json") as out:
+        run = subprocess.run([binaries / program, f"--gtest_output=json:{out.name}"], stdout=subprocess.PIPE, text=True)
+        if run.returncode != 0:
+            sys.exit(run.stdout)
+        for suite in json.load(out)["testsuites"]:
+            for test in suite["testsuite"]:
+                rows += [(json.loads(test[key]), program) for key in sorted(test) if key.startswith("known_")]
+
+lines = ["| known answer | cases | largest difference | tolerance | its reason | in |", "|---|---|---|---|---|---|"]
+for row, program in rows:
+    lines.append(f"| {row['claim']} | {row['cases']} | {row['worst']:.1e} | {row['tolerance']:.0e} | {row['reason']} | "
+                 f"`{program}` |")
+text = readme.read_text()
+before, rest = text.split(BEGIN)
+after = rest.split(END)[1]
+readme.write_text(before + BEGIN + "\n\n" + "\n".join(lines) + "\n\n" + END + after)
