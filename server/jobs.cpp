@@ -68,9 +68,7 @@ absl::Status check_fields(const Submission& submission) {
     violations.push_back(
         {"request_id", absl::StrCat("must be 1 to ", kMostRequestId, " printable characters")});
   }
-  if (violations.empty()) return absl::OkStatus();
-  const std::string first = absl::StrCat(violations.front().field, ": ", violations.front().description);
-  return refuse(absl::StatusCode::kInvalidArgument, first, {"BAD_REQUEST", {}, std::move(violations), {}});
+  return violations.empty() ? absl::OkStatus() : bad_request(std::move(violations));
 }
 
 RequestKey key_of(const Submission& submission, const std::string& source, std::uint64_t generation) {

@@ -30,6 +30,11 @@ absl::Status job_not_found(std::string_view id) {
                 {"JOB_NOT_FOUND", {{"job", name}}, {}, {}});
 }
 
+absl::Status bad_request(std::vector<Violation> violations) {
+  const std::string message = violations.front().field + ": " + violations.front().description;
+  return refuse(absl::StatusCode::kInvalidArgument, message, {"BAD_REQUEST", {}, std::move(violations), {}});
+}
+
 Refusal refusal_of(const absl::Status& status) {
   Refusal refusal;
   const auto payload = status.GetPayload(kPayload);

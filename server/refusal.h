@@ -30,6 +30,9 @@ absl::Status refuse(absl::StatusCode code, std::string_view message, const Refus
 /// NotFound JOB_NOT_FOUND.
 absl::Status job_not_found(std::string_view id);
 
+/// InvalidArgument BAD_REQUEST with the violations, at least one.
+absl::Status bad_request(std::vector<Violation> violations);
+
 /// What a status carries; an empty reason if it was not made by refuse().
 Refusal refusal_of(const absl::Status& status);
 

@@ -48,9 +48,4 @@ inline absl::Status shutting_down() {
   return refuse(absl::StatusCode::kUnavailable, "creepd is going down", {"SHUTTING_DOWN", {}, {}, 5});
 }
 
-inline absl::Status bad_request(std::vector<Violation> violations) {
-  const std::string message = violations.front().field + ": " + violations.front().description;
-  return refuse(absl::StatusCode::kInvalidArgument, message, {"BAD_REQUEST", {}, std::move(violations), {}});
-}
-
 }  // namespace creepd

@@ -1,4 +1,4 @@
-// creep.v1.CreepService: from messages to Jobs and back. Nothing here waits on a thread of gRPC.
+// creep.v1.CreepService as gRPC calls it: who calls, and on which thread. Nothing waits on a thread of gRPC.
 #pragma once
 
 #include <atomic>
@@ -6,8 +6,8 @@
 
 #include "creep/v1/creep.grpc.pb.h"
 #include "server/api/call_queue.h"
+#include "server/api/request_handler.h"
 #include "server/api/watch.h"
-#include "server/jobs.h"
 
 namespace creepd {
 
@@ -45,15 +45,9 @@ class CreepService final : public creep::v1::CreepService::CallbackService {
  private:
   using Work = std::function<absl::Status(const Caller&)>;
   Unary* answer(Context* context, Work work);
-  absl::Status list_jobs(const Caller& caller, const creep::v1::ListJobsRequest& request,
-                         creep::v1::ListJobsResponse& response);
-  absl::Status list_samples(const Caller& caller, const creep::v1::ListSamplesRequest& request,
-                            creep::v1::ListSamplesResponse& response);
-  absl::Status fill(const Job& job, creep::v1::Job& message);
 
-  Jobs& jobs_;
+  RequestHandler handler_;
   JobStore& store_;
-  SampleLibrary& samples_;
   WatchHub& hub_;
   FillServerInfo fill_server_info_;
   std::atomic<bool> refusing_ = false;
