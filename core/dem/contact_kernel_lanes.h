@@ -88,14 +88,14 @@ inline void scatter(const ContactPhase& phase, std::size_t c, const ContactForce
   }
 }
 
+/// Measuring cycles store forces in their slots, others leave them for the scatter of the next iteration.
 template <bool kMeasure>
-inline void hand_over(const ContactPhase& phase, std::size_t c, const Lanes3& f, Vec stiffness) {
+inline void hand_over(const ContactPhase& phase, std::size_t c, const Lanes3& f, Vec stiffness,
+                      ContactForce* pending) {
   if constexpr (kMeasure) {
     store_forces(phase.force + c, f.x, f.y, f.z, stiffness);
   } else {
-    alignas(64) ContactForce force[kLanes];
-    store_forces(force, f.x, f.y, f.z, all(0.0));
-    scatter(phase, c, force);
+    store_forces(pending, f.x, f.y, f.z, all(0.0));
   }
 }
 
@@ -105,13 +105,17 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
   Int tangential_work = all_int(0), friction = all_int(0), force_sum = all_int(0), overlap_sum = all_int(0);
   Vec largest_ratio = zero;
   bool breaking = false;
+  alignas(64) ContactForce pending[kLanes];
   for (std::size_t c = begin; c < end; c += kLanes) {
-    Vec a[8], b[8];
-    load_bodies(phase.body, phase.first + c, a);
-    load_bodies(phase.body, phase.second + c, b);
-    const Lanes3 d{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    Vec pair[8];
+    load_pairs(phase.body, phase.first + c, phase.second + c, pair);
+    const Lanes3 d{pair[0], pair[1], pair[2]};
     const Vec distance = sqrt(dot(d, d));
-    const Vec reach = a[3] + b[3];
+    if constexpr (!kMeasure) {
+      // The sums run through memory, one after the other: done here, they fill the wait for the square root.
+      if (c != begin) scatter(phase, c - kLanes, pending);
+    }
+    const Vec reach = pair[3];
     const Vec gap_overlap = reach - distance;
     Mask touching = greater(gap_overlap, zero);
     if (c + kLanes > end) touching = both(touching, first_lanes(static_cast<int>(end - c)));
@@ -119,7 +123,7 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
       store(phase.shear_x + c, zero);
       store(phase.shear_y + c, zero);
       store(phase.shear_z + c, zero);
-      hand_over<kMeasure>(phase, c, {zero, zero, zero}, zero);
+      hand_over<kMeasure>(phase, c, {zero, zero, zero}, zero, pending);
       if constexpr (kMeasure) store(phase.stress + c, zero);
       continue;
     }
@@ -134,7 +138,7 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
     const Vec kt = all(phase.tangential_ratio) * kn;
 
     const Vec drift = all(phase.drift);
-    const Lanes3 u{(b[4] - a[4]) * drift, (b[5] - a[5]) * drift, (b[6] - a[6]) * drift};
+    const Lanes3 u{pair[4] * drift, pair[5] * drift, pair[6] * drift};
     const Lanes3 s = fma3(zero - dot(u, n), n, u);
     const Lanes3 old{load(phase.shear_x + c), load(phase.shear_y + c), load(phase.shear_z + c)};
     const Lanes3 trial = fma3(kt, s, fma3(zero - dot(old, n), n, old));
@@ -156,19 +160,25 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
     store(phase.shear_z + c, keep(touching, t.z));
     const Lanes3 f = fma3(zero - fn, n, t);
     hand_over<kMeasure>(phase, c, {keep(touching, f.x), keep(touching, f.y), keep(touching, f.z)},
-                        keep(touching, kn));
+                        keep(touching, kn), pending);
 
     const Vec area = root_radius * root_radius * overlap;
     if constexpr (kCheck) {
-      breaking = breaking || any(both(touching, greater(fn, min(a[7], b[7]) * area)));
+      breaking = breaking || any(both(touching, greater(fn, pair[7] * area)));
     }
     if constexpr (kMeasure) {
       store(phase.stress + c, keep(touching, fn / (all(std::numbers::pi) * area)));
       force_sum = force_sum + to_quanta(touching, sqrt(dot(f, f)), 0x1p40);
       overlap_sum = overlap_sum + to_quanta(touching, overlap, 0x1p60);
       sums.touching += count(touching);
+      Vec a[8], b[8];
+      load_bodies(phase.body, phase.first + c, a);
+      load_bodies(phase.body, phase.second + c, b);
       largest_ratio = max(largest_ratio, keep(touching, overlap / min(a[3], b[3])));
     }
+  }
+  if constexpr (!kMeasure) {
+    if (begin < end) scatter(phase, begin + (end - begin - 1) / kLanes * kLanes, pending);
   }
   sums.tangential_work += sum(tangential_work);
   sums.friction += sum(friction);

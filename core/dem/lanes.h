@@ -82,6 +82,17 @@ inline void load_bodies(const Body* body, const std::int32_t* index, Vec out[8])
   transpose(rows, out);
 }
 
+/// Of eight pairs of bodies: second minus first of x, y, z and vx, vy, vz; the sum of the radii; the smaller
+/// breaking stress.
+inline void load_pairs(const Body* body, const std::int32_t* first, const std::int32_t* second, Vec out[8]) {
+  __m512d rows[8];
+  for (int k = 0; k < 8; ++k) {
+    const __m512d a = _mm512_load_pd(&body[first[k]].x), b = _mm512_load_pd(&body[second[k]].x);
+    rows[k] = _mm512_mask_min_pd(_mm512_mask_add_pd(_mm512_sub_pd(b, a), 0x08, a, b), 0x80, a, b);
+  }
+  transpose(rows, out);
+}
+
 /// Four doubles at p + 4 index for each lane, as four vectors.
 inline void load_quads(const double* p, Int index, Vec out[4]) {
   alignas(64) std::int64_t at[8];
@@ -182,6 +193,20 @@ inline void load_bodies(const Body* body, const std::int32_t* index, Vec out[8])
   for (int k = 0; k < 4; ++k) {
     low[k] = _mm256_load_pd(&body[index[k]].x);
     high[k] = _mm256_load_pd(&body[index[k]].vx);
+  }
+  transpose(low, out);
+  transpose(high, out + 4);
+}
+
+/// Of four pairs of bodies: second minus first of x, y, z and vx, vy, vz; the sum of the radii; the smaller
+/// breaking stress.
+inline void load_pairs(const Body* body, const std::int32_t* first, const std::int32_t* second, Vec out[8]) {
+  __m256d low[4], high[4];
+  for (int k = 0; k < 4; ++k) {
+    const __m256d a = _mm256_load_pd(&body[first[k]].x), b = _mm256_load_pd(&body[second[k]].x);
+    const __m256d c = _mm256_load_pd(&body[first[k]].vx), d = _mm256_load_pd(&body[second[k]].vx);
+    low[k] = _mm256_blend_pd(_mm256_sub_pd(b, a), _mm256_add_pd(a, b), 0x8);
+    high[k] = _mm256_blend_pd(_mm256_sub_pd(d, c), _mm256_min_pd(c, d), 0x8);
   }
   transpose(low, out);
   transpose(high, out + 4);
