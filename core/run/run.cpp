@@ -376,6 +376,9 @@ absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, c
   }
   absl::StatusOr<RunState> state = read_checkpoint(checkpoint);
   if (!state.ok()) return state.status();
+  if (state->cursor.stage >= static_cast<std::int64_t>(experiment.program.size())) {
+    return absl::DataLossError("this checkpoint stands behind the end of the program");
+  }
   auto impl = std::make_unique<Impl>(experiment, **kernels, options);
   impl->state = *std::move(state);
   impl->state.inexact = impl->state.inexact || !same;

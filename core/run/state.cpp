@@ -48,16 +48,20 @@ class Writer {
   std::string bytes_;
 };
 
-/// Takes values from a section; after a shortage every value is zero and ok() false.
+/// Takes values from a section; after a shortage every value is zero and ok() false, as after a value that
+/// does not fit its type.
 class Reader {
  public:
   static constexpr bool kReading = true;
   explicit Reader(std::string_view bytes) : bytes_(bytes) {}
   void operator()(double& value) { value = std::bit_cast<double>(bits()); }
-  void operator()(bool& value) { value = bits() != 0; }
   template <class T>
   requires std::is_integral_v<T> || std::is_enum_v<T>
-  void operator()(T& value) { value = static_cast<T>(bits()); }
+  void operator()(T& value) {
+    const std::uint64_t all = bits();
+    value = static_cast<T>(all);
+    ok_ = ok_ && static_cast<std::uint64_t>(value) == all;
+  }
   void operator()(std::string& value) {
     const std::uint64_t size = bits();
     if (size > bytes_.size()) {
@@ -347,6 +351,13 @@ absl::StatusOr<Verified> verified_sections(std::string_view bytes) {
 }
 
 absl::Status consistent(const RunState& state, const std::vector<PairShear>& history) {
+  const Cursor& cursor = state.cursor;
+  const bool in_stage = cursor.act == Cursor::Act::kLoading || cursor.act == Cursor::Act::kDynamicStage ||
+                        cursor.act == Cursor::Act::kAgeing;
+  if (cursor.act > Cursor::kLastAct || state.packing.step > PackingState::Step::kDone ||
+      cursor.stage < (in_stage ? 0 : -1)) {
+    return absl::DataLossError("checkpoint that stands nowhere in a program");
+  }
   const Particles& particles = state.specimen.particles;
   const std::size_t n = particles.id.size();
   if (particles.parent.size() != n || particles.generation.size() != n || particles.mass.size() != n ||
@@ -422,7 +433,7 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
   for (std::size_t s = 0; s < reader.size(); ++s) {
     if (!reader[s].done()) {
       return absl::DataLossError(
-          absl::StrCat("checkpoint section ", std::string(kSections[s]), " has a wrong length"));
+          absl::StrCat("checkpoint section ", std::string(kSections[s]), " does not hold what it should"));
     }
   }
   if (absl::Status status = consistent(state, history); !status.ok()) return status;
@@ -441,7 +452,7 @@ absl::StatusOr<CheckpointInfo> read_checkpoint_info(std::string_view checkpoint)
   Reader reader(verified->sections.front());
   CheckpointInfo info;
   visit_info(reader, info);
-  if (!reader.done()) return absl::DataLossError("checkpoint section info has a wrong length");
+  if (!reader.done()) return absl::DataLossError("checkpoint section info does not hold what it should");
   info.format_version = static_cast<std::uint32_t>(verified->version);
   return info;
 }

@@ -17,6 +17,7 @@ struct Cursor {
   /// The first decade that a snapshot waits for [s].
   static constexpr double kFirstSnapshotAge = 1.0;
   enum class Act : std::uint8_t { kPacking, kLoading, kDynamicStage, kAgeing, kDone };
+  static constexpr Act kLastAct = Act::kDone;
   Act act = Act::kPacking;
   std::int64_t stage = -1;           ///< place in the program
   std::int64_t dynamic_stage = 0;    ///< number in the present hold, from 0
