@@ -151,8 +151,9 @@ void Supervisor::reap() {
     if (!running.end) {
       if (const auto process = running.process.poll()) running.end = end_of(running, *process);
     }
-    // An end that cannot be stored now is stored in a later turn.
-    if (running.end && record_end(entry->first, running)) {
+    // An end that cannot be stored now is stored in a later turn. A daemon that is to stop does not wait for
+    // that: it would be killed, and the next one finds out by itself, as after a kill.
+    if (running.end && (record_end(entry->first, running) || stopping_)) {
       entry = running_.erase(entry);
     } else {
       ++entry;

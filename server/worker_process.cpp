@@ -33,11 +33,13 @@ absl::StatusOr<pid_t> spawn(const std::filesystem::path& program, std::vector<st
   ::posix_spawn_file_actions_adddup2(&actions, pipe_end, kPipeInWorker);  // without close-on-exec
   posix_spawnattr_t attributes;
   ::posix_spawnattr_init(&attributes);
-  sigset_t none;
+  // Blocked until the worker listens: one that is asked to stop at once hears of it, and dies of nothing.
+  sigset_t stops;
   sigset_t all;
-  ::sigemptyset(&none);
+  ::sigemptyset(&stops);
+  ::sigaddset(&stops, SIGTERM);
   ::sigfillset(&all);
-  ::posix_spawnattr_setsigmask(&attributes, &none);
+  ::posix_spawnattr_setsigmask(&attributes, &stops);
   ::posix_spawnattr_setsigdefault(&attributes, &all);
   ::posix_spawnattr_setpgroup(&attributes, 0);
   ::posix_spawnattr_setflags(&attributes,

@@ -53,6 +53,17 @@ succeeded() {
   same_result "$(folder_of "$1")"
   [[ $(field "$1" state_digest) == $(digest_of "$reference") ]] || fail "$1: the daemon tells another digest"
 }
+# python_client: makes a client from the proto alone, which $python then finds; false where that is not possible.
+python_client() {
+  local root=$here/../..
+  python=/usr/bin/python3
+  "$python" -c 'import grpc' 2>/dev/null && command -v protoc >/dev/null || return 1
+  mkdir "$work/python"
+  protoc -I "$root/proto" --python_out="$work/python" --grpc_out="$work/python" \
+    --plugin=protoc-gen-grpc=/usr/bin/grpc_python_plugin \
+    creep/v1/creep.proto google/rpc/status.proto google/rpc/error_details.proto
+  export PYTHONPATH=$work/python PYTHONDONTWRITEBYTECODE=1
+}
 # numbers_once FILE: the events in it are 1, 2, 3, ... without a gap or a repeat.
 numbers_once() {
   sed -nE 's/^\{"seq":([0-9]+),.*/\1/p' "$1" >"$work/numbers"

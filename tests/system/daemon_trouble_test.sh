@@ -82,28 +82,46 @@ if mount -t tmpfs -o size=6m tmpfs "$work/disk" 2>/dev/null; then
   wait_for 60 grep -qE "job $id( attempt 1 ended: PAUSED|: its end cannot be stored yet)" "$work/daemon.log"
   rm "$work/disk/ballast"
   succeeded "$id"
+  # A full disk does not keep the daemon from stopping.
+  id=$(submit)
+  wait_for 30 computes "$id"
+  dd if=/dev/zero of="$work/disk/ballast" bs=4k 2>/dev/null || true
+  wait_for 60 grep -qE "job $id( attempt 1 ended: PAUSED|: its end cannot be stored yet)" "$work/daemon.log"
+  stop_daemon
+  rm "$work/disk/ballast"
+  start_daemon --checkpoint-interval 0.2
+  succeeded "$id"
   stop_daemon
   state=$state_on_disk
 else
   printf 'SKIPPED: a full disk needs the right to mount a small tmpfs\n'
 fi
 
+step "a worker that is asked to stop before it listens"
+cat >"$work/late" <<SCRIPT
+#!/bin/bash
+sleep 1
+exec "$bin/creep-worker" "\$@"
+SCRIPT
+chmod +x "$work/late"
+start_daemon --worker "$work/late"
+id=$(submit)
+wait_for 30 is "$id" RUNNING
+expect_exit 0 creepctl pause "$id"
+wait_for 30 is "$id" PAUSED
+has_checkpoint "$(folder_of "$id")" || fail "it did not hear of it"
+stop_daemon
+
 step "a client from the proto alone"
-python=/usr/bin/python3
-if "$python" -c 'import grpc' 2>/dev/null && command -v protoc >/dev/null; then
-  root=$here/../..
-  mkdir "$work/python"
-  protoc -I "$root/proto" --python_out="$work/python" --grpc_out="$work/python" \
-    --plugin=protoc-gen-grpc=/usr/bin/grpc_python_plugin \
-    creep/v1/creep.proto google/rpc/status.proto google/rpc/error_details.proto
-  export PYTHONPATH=$work/python PYTHONDONTWRITEBYTECODE=1
+if python_client; then
+  example=$here/../../client/examples/python_client.py
   start_daemon --checkpoint-interval 0.2
-  expect_exit 0 "$python" "$root/client/examples/python_client.py" "unix:$socket" "$job" samples.csv "$work/samples.csv"
+  expect_exit 0 "$python" "$example" "unix:$socket" "$job" samples.csv "$work/samples.csv"
   expect_output "digest $(digest_of "$reference")"
   expect_output SUCCEEDED
   cmp "$work/samples.csv" "$reference/samples.csv" || fail "python fetched other samples"
   sed 's/void_ratio = 0.75/void_ratio = 9/; s/particles = 300/particles = 3/' "$job" >"$work/bad.toml"
-  expect_exit 1 "$python" "$root/client/examples/python_client.py" "unix:$socket" "$work/bad.toml" a "$work/b"
+  expect_exit 1 "$python" "$example" "unix:$socket" "$work/bad.toml" a "$work/b"
   expect_output "spec:3:"
   expect_output "spec:4:"
   stop_daemon
