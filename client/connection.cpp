@@ -146,7 +146,7 @@ class GrpcConnection final : public Connection {
       context.set_deadline(Clock::now() + kCallDeadline);
       response.Clear();
       CallResult result = result_of(((*stub_).*method)(&context, request, &response));
-      if (!absl::IsUnavailable(result.status) || Clock::now() >= give_up) return result;
+      if (!result.lost() || Clock::now() >= give_up) return result;
       if (!said && patience_ >= std::chrono::seconds(5)) {
         complain(absl::StrCat("no answer at ", target_, ", trying for ",
                               std::chrono::duration_cast<std::chrono::seconds>(patience_).count(), " s"));
@@ -250,9 +250,9 @@ absl::StatusOr<std::string> server_target(const std::string& address) {
 
 bool CallResult::lost() const {
   if (absl::IsUnavailable(status)) return true;
-  if (reason == "WATCHER_STALLED") return true;
-  // A connection that breaks in the middle of a message comes from gRPC itself as one of these.
-  return reason.empty() && (absl::IsInternal(status) || absl::IsUnknown(status));
+  // A connection that breaks in the middle of a message, or a call that meets a daemon going down, comes from
+  // gRPC itself as one of these. Nothing here ever cancels a call.
+  return reason.empty() && (absl::IsInternal(status) || absl::IsUnknown(status) || absl::IsCancelled(status));
 }
 
 int exit_code_of(const CallResult& result) {
@@ -261,6 +261,7 @@ int exit_code_of(const CallResult& result) {
       return kOk;
     case absl::StatusCode::kUnavailable:
     case absl::StatusCode::kDeadlineExceeded:
+    case absl::StatusCode::kCancelled:
     case absl::StatusCode::kPermissionDenied:
     case absl::StatusCode::kUnauthenticated:
     case absl::StatusCode::kUnimplemented:

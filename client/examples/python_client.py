@@ -15,6 +15,8 @@ from creep.v1 import creep_pb2 as creep
 from creep.v1 import creep_pb2_grpc
 from google.rpc import error_details_pb2, status_pb2
 
+# The daemon is away, or was going down when the call came.
+LOST = (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.CANCELLED)
 FINAL = (creep.SUCCEEDED, creep.FAILED, creep.CANCELLED)
 
 
@@ -40,7 +42,7 @@ def watch(service, job):
                 yield event
             return
         except grpc.RpcError as error:
-            if error.code() != grpc.StatusCode.UNAVAILABLE:
+            if error.code() not in LOST:
                 raise
             print(f"connection lost after event {seq}, watching again", flush=True)
 

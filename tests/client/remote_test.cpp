@@ -170,7 +170,8 @@ TEST(Follow, GoesOnAfterTheLastNumberSeenWhenTheConnectionBreaks) {
   ScriptedConnection daemon;
   daemon.watches.push_back({{sample(4), sample(5)}, failure(StatusCode::kUnavailable)});
   daemon.watches.push_back({{}, failure(StatusCode::kUnavailable)});
-  daemon.watches.push_back({{}, failure(StatusCode::kInternal)});  // a stream reset
+  daemon.watches.push_back({{}, failure(StatusCode::kInternal)});   // a stream reset
+  daemon.watches.push_back({{}, failure(StatusCode::kCancelled)});  // the daemon was going down
   daemon.watches.push_back({{sample(5), sample(6), change(7, api::FAILED)}, {}});
   const Followed followed = follow_all(daemon, 3);
   EXPECT_EQ(followed.seen, (std::vector<std::uint64_t>{4, 5, 6, 7}));  // 5 came twice
@@ -178,9 +179,9 @@ TEST(Follow, GoesOnAfterTheLastNumberSeenWhenTheConnectionBreaks) {
   EXPECT_EQ(followed.again, 1);
   EXPECT_EQ(followed.end.kind, FollowEnd::kFinal);
   EXPECT_EQ(followed.end.state, api::FAILED);
-  ASSERT_EQ(daemon.watch_requests.size(), 4u);
+  ASSERT_EQ(daemon.watch_requests.size(), 5u);
   EXPECT_EQ(daemon.watch_requests[0].after_seq(), 3u);
-  EXPECT_EQ(daemon.watch_requests[3].after_seq(), 5u);
+  EXPECT_EQ(daemon.watch_requests[4].after_seq(), 5u);
 }
 
 TEST(Follow, KnowsTheEndOfAJobThatWasFinalAlready) {
