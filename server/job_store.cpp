@@ -59,6 +59,13 @@ class Statement {
     return *this;
   }
 
+  /// Once more, with other values.
+  Statement& again() {
+    if (code_ == SQLITE_DONE || code_ == SQLITE_ROW) code_ = sqlite3_reset(statement_);
+    bound_ = 0;
+    return *this;
+  }
+
   /// True while there is a row.
   bool step() {
     if (code_ != SQLITE_OK && code_ != SQLITE_ROW) return false;
@@ -245,22 +252,18 @@ struct JobStore::Impl {
     return transaction.commit();
   }
 
-  absl::Status read_labels(Job& job) {
-    Statement rows(database, "SELECT key,value FROM label WHERE job=?");
-    rows.bind(job.number);
-    while (rows.step()) {
-      std::string key = rows.text();
-      job.labels[std::move(key)] = rows.text();
-    }
-    return rows.status();
-  }
-
   absl::StatusOr<std::vector<Job>> read_all(Statement& rows) {
     std::vector<Job> jobs;
     while (rows.step()) jobs.push_back(read_job(rows));
     if (auto status = rows.status(); !status.ok()) return status;
+    Statement labels(database, "SELECT key,value FROM label WHERE job=?");
     for (Job& job : jobs) {
-      if (auto status = read_labels(job); !status.ok()) return status;
+      labels.again().bind(job.number);
+      while (labels.step()) {
+        std::string key = labels.text();
+        job.labels[std::move(key)] = labels.text();
+      }
+      if (auto status = labels.status(); !status.ok()) return status;
     }
     return jobs;
   }
@@ -371,7 +374,7 @@ absl::StatusOr<JobStore::Inserted> JobStore::insert(Job job, const RequestKey& k
   auto earlier = impl_->find_request(job.owner, key);
   if (!earlier.ok()) return earlier.status();
   if (*earlier) return Inserted{**std::move(earlier), true};
-  const auto unfinished = impl_->number("SELECT count(*) FROM job WHERE state IN (1,2,3) AND deleted=0");
+  const auto unfinished = impl_->number("SELECT count(*) FROM job WHERE state IN (1,2,3)");
   if (!unfinished.ok()) return unfinished.status();
   if (*unfinished >= most_unfinished) {
     return refuse(absl::StatusCode::kResourceExhausted,
@@ -491,17 +494,22 @@ absl::StatusOr<std::optional<Job>> JobStore::next_queued(Moment now) {
   return std::optional<Job>(read_job(rows));
 }
 
-absl::StatusOr<std::vector<Job>> JobStore::in_state(JobState state) {
+absl::StatusOr<std::vector<Job>> JobStore::running() {
   const std::lock_guard lock(impl_->mutex);
-  Statement rows(impl_->database, select(false, "AND state=? ORDER BY number"));
-  rows.bind(state);
+  Statement rows(impl_->database, select(false, "AND state=2 ORDER BY number"));
+  return impl_->read_all(rows);
+}
+
+absl::StatusOr<std::vector<Job>> JobStore::paused(StateReason reason) {
+  const std::lock_guard lock(impl_->mutex);
+  Statement rows(impl_->database, select(false, "AND state=3 AND reason=? ORDER BY number"));
+  rows.bind(static_cast<std::int64_t>(reason));
   return impl_->read_all(rows);
 }
 
 absl::StatusOr<Counts> JobStore::counts() {
   const std::lock_guard lock(impl_->mutex);
-  Statement rows(impl_->database,
-                 "SELECT state,count(*) FROM job WHERE state IN (1,2,3) AND deleted=0 GROUP BY state");
+  Statement rows(impl_->database, "SELECT state,count(*) FROM job WHERE state IN (1,2,3) GROUP BY state");
   Counts counts;
   while (rows.step()) {
     const auto state = static_cast<JobState>(rows.integer());
@@ -514,13 +522,25 @@ absl::StatusOr<Counts> JobStore::counts() {
   return counts;
 }
 
-absl::StatusOr<std::map<std::string, std::int64_t>> JobStore::queue_positions() {
+// Both are answered by the index job_by_state alone, however long the jobs are. A queued job is never
+// deleted.
+absl::StatusOr<std::int64_t> JobStore::queue_position(const Job& job) {
   const std::lock_guard lock(impl_->mutex);
-  Statement rows(impl_->database,
-                 "SELECT id FROM job WHERE state=1 AND deleted=0 ORDER BY priority DESC, number");
-  std::map<std::string, std::int64_t> positions;
+  Statement row(impl_->database,
+                "SELECT (SELECT count(*) FROM job WHERE state=1 AND priority>?1) + "
+                "(SELECT count(*) FROM job WHERE state=1 AND priority=?1 AND number<=?2)");
+  row.bind(job.priority).bind(job.number);
+  const bool found = row.step();
+  if (auto status = row.status(); !status.ok()) return status;
+  return found ? row.integer() : 0;
+}
+
+absl::StatusOr<std::unordered_map<std::int64_t, std::int64_t>> JobStore::queue_positions() {
+  const std::lock_guard lock(impl_->mutex);
+  Statement rows(impl_->database, "SELECT number FROM job WHERE state=1 ORDER BY priority DESC, number");
+  std::unordered_map<std::int64_t, std::int64_t> positions;
   std::int64_t position = 0;
-  while (rows.step()) positions[rows.text()] = ++position;
+  while (rows.step()) positions[rows.integer()] = ++position;
   if (auto status = rows.status(); !status.ok()) return status;
   return positions;
 }

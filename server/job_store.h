@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -88,10 +89,14 @@ class JobStore {
 
   /// The next queued job to start, if any: by priority, then by age.
   absl::StatusOr<std::optional<Job>> next_queued(Moment now);
-  absl::StatusOr<std::vector<Job>> in_state(JobState state);
+  absl::StatusOr<std::vector<Job>> running();
+  /// Paused for this reason.
+  absl::StatusOr<std::vector<Job>> paused(StateReason reason);
   absl::StatusOr<Counts> counts();
-  /// Place in the queue of each queued job, from 1.
-  absl::StatusOr<std::map<std::string, std::int64_t>> queue_positions();
+  /// Place in the queue of a queued job, from 1.
+  absl::StatusOr<std::int64_t> queue_position(const Job& job);
+  /// That of each, by Job::number.
+  absl::StatusOr<std::unordered_map<std::int64_t, std::int64_t>> queue_positions();
 
   /// Two steps, so that a power cut between them leaves no orphan: hidden from now on (error:
   /// FailedPrecondition WRONG_STATE while it is queued or running) ...

@@ -238,7 +238,7 @@ void Supervisor::obey_requests() {
     for (auto& [id, running] : running_) ask_to_stop(running, hurry_);
     return;
   }
-  const auto jobs = store_.in_state(JobState::kRunning);
+  const auto jobs = store_.running();
   if (!jobs.ok()) return;
   for (const Job& job : *jobs) {
     const auto entry = running_.find(job.id);
@@ -267,11 +267,11 @@ void Supervisor::check_limits() {
 void Supervisor::resume_where_room() {
   if (Clock::now() - looked_for_room_ < kRoomCheck) return;
   looked_for_room_ = Clock::now();
-  const auto paused = store_.in_state(JobState::kPaused);
+  const auto paused = store_.paused(StateReason::kDiskFull);
   if (!paused.ok()) return;
   for (const Job& job : *paused) {
     const fs::path folder = options_.jobs / job.id;
-    if (job.reason != StateReason::kDiskFull || job.not_before > now()) continue;
+    if (job.not_before > now()) continue;
     if (free_bytes(folder) < needed_bytes(folder)) continue;
     const auto resumed = store_.change(job.id, [](Job& row) {
       if (row.state != JobState::kPaused || row.reason != StateReason::kDiskFull) return absl::OkStatus();
@@ -365,7 +365,7 @@ absl::Status Supervisor::recover() {
     if (auto status = store_.forget(id); !status.ok()) return status;
   }
   remove_stray_folders();
-  const auto jobs = store_.in_state(JobState::kRunning);
+  const auto jobs = store_.running();
   if (!jobs.ok()) return jobs.status();
   for (const Job& job : *jobs) {
     if (auto status = recover_running(job); !status.ok()) return status;

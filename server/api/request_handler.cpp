@@ -4,6 +4,7 @@
 #include <charconv>
 #include <map>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -61,10 +62,9 @@ absl::Status RequestHandler::fill(const absl::StatusOr<Job>& job, v1::Job& messa
   if (!job.ok()) return job.status();
   to_message(*job, message);
   if (job->state != JobState::kQueued || job->id.empty()) return absl::OkStatus();
-  const auto positions = store_.queue_positions();
-  if (!positions.ok()) return positions.status();
-  const auto position = positions->find(job->id);
-  message.set_queue_position(position == positions->end() ? 0 : position->second);
+  const auto position = store_.queue_position(*job);
+  if (!position.ok()) return position.status();
+  message.set_queue_position(*position);
   return absl::OkStatus();
 }
 
@@ -119,7 +119,7 @@ absl::Status RequestHandler::list(const Caller& caller, const v1::ListJobsReques
     jobs->pop_back();
     response.set_next_page_token(absl::StrCat(mark, "-", jobs->back().number));
   }
-  std::map<std::string, std::int64_t> positions;
+  std::unordered_map<std::int64_t, std::int64_t> positions;
   if (std::any_of(jobs->begin(), jobs->end(),
                   [](const Job& job) { return job.state == JobState::kQueued; })) {
     auto found = store_.queue_positions();
@@ -129,7 +129,7 @@ absl::Status RequestHandler::list(const Caller& caller, const v1::ListJobsReques
   for (const Job& job : *jobs) {
     v1::Job& message = *response.add_jobs();
     to_message(job, message);
-    if (const auto found = positions.find(job.id); found != positions.end())
+    if (const auto found = positions.find(job.number); found != positions.end())
       message.set_queue_position(found->second);
   }
   return absl::OkStatus();

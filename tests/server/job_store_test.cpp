@@ -207,9 +207,12 @@ TEST_F(JobsTest, TheQueueGoesByPriorityThenByAge) {
   const std::string urgent = submit({kSpec, "", {}, 5}).job.id;
   EXPECT_EQ((*store_->next_queued(0))->id, urgent);
   const auto positions = *store_->queue_positions();
-  EXPECT_EQ(positions.at(urgent), 1);
-  EXPECT_EQ(positions.at(old), 2);
-  EXPECT_EQ(positions.at(young), 3);
+  std::int64_t position = 0;
+  for (const std::string& id : {urgent, old, young}) {
+    const Job job = *store_->get(id);
+    EXPECT_EQ(*store_->queue_position(job), ++position);
+    EXPECT_EQ(positions.at(job.number), position);
+  }
   ASSERT_TRUE(store_->change(urgent, [](Job& job) { return job.not_before = 100, absl::OkStatus(); }).ok());
   EXPECT_EQ((*store_->next_queued(99))->id, old) << "a job that backs off does not hold up the others";
   EXPECT_EQ((*store_->next_queued(100))->id, urgent);
