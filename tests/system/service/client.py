@@ -49,9 +49,10 @@ def refusal(error):
 
 class Client:
     def __init__(self, address):
+        # Calls wait for the connection: gRPC looks after one that nobody waits for only every five seconds.
         self.channel = grpc.insecure_channel(address, options=[
-            ("grpc.initial_reconnect_backoff_ms", 50), ("grpc.min_reconnect_backoff_ms", 50),
-            ("grpc.max_reconnect_backoff_ms", 500), ("grpc.use_local_subchannel_pool", 1)])
+            ("grpc.initial_reconnect_backoff_ms", 50), ("grpc.max_reconnect_backoff_ms", 500),
+            ("grpc.use_local_subchannel_pool", 1)])
         self.service = creep_pb2_grpc.CreepServiceStub(self.channel)
 
     def close(self):
@@ -59,7 +60,7 @@ class Client:
 
     def serves(self):
         try:
-            self.service.GetServerInfo(creep.GetServerInfoRequest(), timeout=5)
+            self.service.GetServerInfo(creep.GetServerInfoRequest(), timeout=1, wait_for_ready=True)
             return True
         except grpc.RpcError:
             return False
@@ -69,7 +70,7 @@ class Client:
         end = time.monotonic() + patience
         for tries in itertools.count(1):
             try:
-                return Answer(getattr(self.service, method)(request, timeout=CALL_LIMIT), tries=tries)
+                return Answer(getattr(self.service, method)(request, timeout=CALL_LIMIT, wait_for_ready=True), tries=tries)
             except grpc.RpcError as error:
                 answer = Answer(None, error.code(), *refusal(error), tries)
             if not answer.unknown or time.monotonic() >= end:
