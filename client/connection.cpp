@@ -128,15 +128,21 @@ class GrpcConnection final : public Connection {
   }
 
   std::unique_ptr<Stream<api::Event>> watch(const api::WatchJobRequest& request, Deadline deadline) override {
+    connect();
     return std::make_unique<GrpcStream<api::Event>>(
         deadline, [&](grpc::ClientContext& context) { return stub_->WatchJob(&context, request); });
   }
   std::unique_ptr<Stream<api::ArtifactChunk>> fetch(const api::FetchArtifactRequest& request) override {
+    connect();
     return std::make_unique<GrpcStream<api::ArtifactChunk>>(
         std::nullopt, [&](grpc::ClientContext& context) { return stub_->FetchArtifact(&context, request); });
   }
 
  private:
+  /// Before each call that may find no connection: gRPC looks after one that nobody waits for only every five
+  /// seconds.
+  void connect() { channel_->WaitForConnected(Clock::now() + std::chrono::milliseconds(200)); }
+
   /// Every change is idempotent (creep.proto), so an answer that was lost is asked for again.
   template <typename Method, typename Request, typename Response>
   CallResult repeat(Method method, const Request& request, Response& response) {
@@ -145,6 +151,7 @@ class GrpcConnection final : public Connection {
       grpc::ClientContext context;
       context.set_deadline(Clock::now() + kCallDeadline);
       response.Clear();
+      connect();
       CallResult result = result_of(((*stub_).*method)(&context, request, &response));
       if (!result.lost() || Clock::now() >= give_up) return result;
       if (!said && patience_ >= std::chrono::seconds(5)) {
@@ -152,7 +159,7 @@ class GrpcConnection final : public Connection {
                               std::chrono::duration_cast<std::chrono::seconds>(patience_).count(), " s"));
         said = true;
       }
-      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
   }
 
@@ -251,7 +258,7 @@ absl::StatusOr<std::string> server_target(const std::string& address) {
 bool CallResult::lost() const {
   if (absl::IsUnavailable(status)) return true;
   // A connection that breaks in the middle of a message, or a call that meets a daemon going down, comes from
-  // gRPC itself as one of these. Nothing here ever cancels a call.
+  // gRPC itself as one of these. Nobody asks for the end of a stream that was given up here.
   return reason.empty() && (absl::IsInternal(status) || absl::IsUnknown(status) || absl::IsCancelled(status));
 }
 
