@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <variant>
 
 #include "absl/strings/str_format.h"
@@ -42,10 +43,14 @@ bool is_paper_grading(const creep::Grading& grading) {
 
 }  // namespace
 
-std::optional<Hold> last_hold(const JobResults& results) {
+namespace {
+
+/// The last hold of a stage of the program that `wanted` takes.
+std::optional<Hold> last_hold_of(const JobResults& results, const std::function<bool(double)>& wanted) {
   Hold hold;
   bool found = false;
   const auto see = [&](double program_stage) {
+    if (!wanted(program_stage)) return;
     hold.program_stage = found ? std::max(hold.program_stage, program_stage) : program_stage;
     found = true;
   };
@@ -78,6 +83,23 @@ std::optional<Hold> last_hold(const JobResults& results) {
   return hold;
 }
 
+bool is_relaxation_stage(const JobResults& results, double program_stage) {
+  if (!results.experiment) return false;
+  const auto& program = results.experiment->program;
+  const auto place = static_cast<std::size_t>(program_stage);
+  return place < program.size() && std::holds_alternative<creep::RelaxationStage>(program[place]);
+}
+
+}  // namespace
+
+std::optional<Hold> last_hold(const JobResults& results) {
+  return last_hold_of(results, [&](double stage) { return !is_relaxation_stage(results, stage); });
+}
+
+std::optional<Hold> last_relaxation(const JobResults& results) {
+  return last_hold_of(results, [&](double stage) { return is_relaxation_stage(results, stage); });
+}
+
 std::vector<std::size_t> loading_and_creep_samples(const JobResults& results) {
   std::vector<std::size_t> rows;
   for (std::size_t row = 0; row < results.samples.rows(); ++row) {
@@ -97,7 +119,7 @@ PaperScene paper_scene(const JobResults& results) {
   const auto* loading = std::get_if<creep::OedometricStage>(&asked.program[0]);
   // 0.5 % of the stress is what a stage settles to; 0.002 what packing may miss of e.
   scene.compression = loading != nullptr &&
-                      near(loading->axial_stress, kPaperAxialStress, 0.005 * kPaperAxialStress) &&
+                      near(loading->until.value, kPaperAxialStress, 0.005 * kPaperAxialStress) &&
                       near(asked.specimen.void_ratio, kPaperInitialVoidRatio, 0.002) &&
                       is_paper_grading(asked.specimen.grading);
   if (!scene.compression || asked.program.size() < 2) return scene;

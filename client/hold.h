@@ -12,7 +12,7 @@
 
 namespace creepctl {
 
-/// The last hold of a job.
+/// A hold of a job.
 struct Hold {
   double program_stage = 0.0;            ///< its place in the program
   std::vector<std::size_t> stage_rows;   ///< its dynamic stages in stages.csv
@@ -26,8 +26,11 @@ struct Hold {
   std::size_t ageing_jumps() const { return stage_rows.empty() ? 0 : stage_rows.size() - 1; }
 };
 
-/// nullopt until the first dynamic stage of a hold has begun.
+/// The last creep stage; nullopt until its first dynamic stage has begun.
 std::optional<Hold> last_hold(const JobResults& results);
+
+/// The last relaxation stage, alike.
+std::optional<Hold> last_relaxation(const JobResults& results);
 
 /// Rows of samples.csv from the end of packing on, the state where strains are zero. Empty before loading
 /// began.

@@ -47,6 +47,8 @@ preset = "@preset@"          # or "@other@"; each key below overrides it
 # Cracks
 # crack_velocity = "0.1 m/s"             # at the limit stress; 0.001 um/s to 10000 m/s
 # corrosion_index = 60.0                 # exponent of Charles' law; 1 to 200
+# cracks = true                          # false: they do not grow
+# crushing = true                        # false: no grain breaks, by cracks or otherwise
 # Grading index
 # grading_index_max_diameter = "0.27 mm" # coarse end of the ultimate grading; 1 um to 0.1 m
 # grading_index_min_diameter = "0.01 mm" # fine end; 1 nm to 0.1 m
@@ -59,7 +61,19 @@ until = { axial_stress = "21.7 MPa" }    # above what was reached before; 1 kPa 
 [[program]]
 stage = "creep"                          # hold the stress and let the grains age
 duration = "2 d"                         # 1 ms to 1000 y
-# axial_stress = "21.7 MPa"              # default: the stress reached; not below it
+# axial_stress = "21.7 MPa"              # default: the stress reached
+#
+# Other stages, in any order. After an isotropic or triaxial one the sides hold their stress:
+#   stage = "isotropic"   until = { mean_stress = "10 MPa" }
+#   stage = "triaxial"    until = { deviatoric_strain = 0.3 }, or axial_strain, axial_stress, deviatoric_stress,
+#                         q_ratio = 0.4 with q_max = "22.6 MPa", stress_ratio = 1.2 (q/p);
+#                         axial_velocity = "0.01 m/s" (closing speed), radial_stress = "10 MPa" (default: as it is)
+#   stage = "unload"      until = { axial_stress = "1 MPa" }, or deviatoric_stress, mean_stress
+#   stage = "relaxation"  duration = "1 d": the axial strain is held while the stress decays
+# A creep stage there may have deviatoric_stress = "9 MPa", or q_ratio and q_max, instead of axial_stress.
+# A stage with keep = {} keeps a named checkpoint of its end; with keep = { every_axial_strain = 0.005 } (or
+# every_axial_stress, every_deviatoric_stress) of each multiple as well. Another job starts from one with [start]:
+#   job = "..." and checkpoint = "02_triaxial_end"; its [specimen], [material] and [numerics] can be left out.
 
 [numerics]
 fidelity = "paper"                       # the settings of the paper; each key below overrides it

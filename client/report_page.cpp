@@ -8,6 +8,7 @@
 #include "absl/strings/str_replace.h"
 #include "client/html.h"
 #include "client/result_charts.h"
+#include "core/experiment/stage_text.h"
 
 namespace creepctl {
 namespace {
@@ -46,12 +47,7 @@ std::string header(const JobResults& results) {
     const creep::Experiment& asked = *results.experiment;
     std::string program;
     for (const creep::Stage& stage : asked.program) {
-      absl::StrAppend(&program, program.empty() ? "" : ", ", std::string(creep::stage_name(stage)));
-      if (const auto* loading = std::get_if<creep::OedometricStage>(&stage)) {
-        absl::StrAppend(&program, absl::StrFormat(" to %.4g MPa", loading->axial_stress / 1e6));
-      } else if (const auto* creeping = std::get_if<creep::CreepStage>(&stage)) {
-        absl::StrAppend(&program, " for ", duration_text(creeping->duration));
-      }
+      absl::StrAppend(&program, program.empty() ? "" : ", ", creep::stage_text(stage));
     }
     rows.push_back({"program", program});
     rows.push_back({"void ratio asked for", absl::StrFormat("%.4g", asked.specimen.void_ratio)});
@@ -173,7 +169,11 @@ std::string stages_section(const JobResults& results) {
       return number(factor * stages.at(row, column), pattern);
     };
     const bool loading = stages.at(row, "dynamic_stage") < 0.0;
-    rows.push_back({loading ? "loading" : cell("dynamic_stage", "%.0f"), cell("cycles", "%.0f"),
+    const auto place = static_cast<std::size_t>(stages.at(row, "stage"));
+    const bool known = results.experiment && place < results.experiment->program.size();
+    const std::string name =
+        known ? std::string(creep::stage_name(results.experiment->program[place])) : "loading";
+    rows.push_back({loading ? name : cell("dynamic_stage", "%.0f"), cell("cycles", "%.0f"),
                     loading ? "–" : duration_text(stages.at(row, "creep_time_start_s")),
                     cell("axial_strain_end", "%.4f", 100.0), cell("void_ratio_end", "%.4f"),
                     cell("axial_stress_end_Pa", "%.3f", 1e-6), cell("grading_index_end", "%.4f"),

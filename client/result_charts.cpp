@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/broken_fraction.h"
+#include "client/stress_charts.h"
 
 namespace creepctl {
 namespace {
@@ -300,7 +301,8 @@ std::optional<NamedChart> ripple_chart(const JobResults& results, const Hold& ho
   chart.levels = {{kPercent * kPaperRipple, "Lei et al. stayed below 4 %"}};
   return NamedChart{
       "stress_ripple",
-      "Largest deviation of the axial stress from its target in each dynamic stage of the hold.", chart};
+      "Largest deviation of a controlled wall stress from its target in each dynamic stage of the hold.",
+      chart};
 }
 
 std::optional<NamedChart> broken_fraction_chart(const JobResults& results) {
@@ -338,6 +340,7 @@ std::vector<NamedChart> result_charts(const JobResults& results, const std::opti
     if (chart) charts.push_back(*std::move(chart));
   };
   add(void_ratio_chart(results, hold));
+  for (NamedChart& chart : stress_charts(results)) charts.push_back(std::move(chart));
   if (hold) {
     add(strain_chart(results, *hold));
     add(rate_chart(*hold));

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <variant>
 
+#include "core/experiment/stage_text.h"
 #include "core/experiment/units.h"
 
 namespace creepctl {
@@ -46,20 +47,18 @@ struct Way {
 Way way_of(const RunProgress& progress, const creep::Experiment& experiment) {
   const creep::Stage* stage = stage_of(progress, experiment);
   if (stage == nullptr) return {"", "", progress.stage_fraction};
-  if (const auto* loading = std::get_if<creep::OedometricStage>(stage)) {
-    return {text("%.3g MPa", progress.axial_stress.value_or(0.0) / 1e6),
-            creep::format_quantity(loading->axial_stress, creep::Dimension::kStress),
-            progress.stage_fraction};
+  if (const creep::Target* until = creep::target_of(*stage)) {
+    const bool axial = until->measure == creep::Target::Measure::kAxialStress;
+    return {axial ? text("%.3g MPa", progress.axial_stress.value_or(0.0) / 1e6) : "",
+            creep::target_text(*until), progress.stage_fraction};
   }
-  const auto* hold = std::get_if<creep::CreepStage>(stage);
-  if (hold == nullptr) return {"", "", progress.stage_fraction};
+  const double duration = *creep::duration_of(*stage);
   // The first dynamic stages last about a millisecond: the left end of the log scale.
   constexpr double kLeftEnd = 1e-3;  // [s]
   const double creep_time = progress.creep_time.value_or(0.0);
-  const double decades = std::log10(std::max(hold->duration / kLeftEnd, 10.0));
+  const double decades = std::log10(std::max(duration / kLeftEnd, 10.0));
   const double passed = creep_time > kLeftEnd ? std::log10(creep_time / kLeftEnd) / decades : 0.0;
-  return {short_duration(creep_time), creep::format_quantity(hold->duration, creep::Dimension::kDuration),
-          passed};
+  return {short_duration(creep_time), creep::format_quantity(duration, creep::Dimension::kDuration), passed};
 }
 
 std::string bar(double fraction, int cells, bool unicode) {
@@ -127,11 +126,11 @@ std::string plain_line(const RunProgress& progress, const creep::Experiment& exp
   const Way way = way_of(progress, experiment);
   std::string line = progress.stage;
   const creep::Stage* stage = stage_of(progress, experiment);
-  if (stage != nullptr && std::holds_alternative<creep::CreepStage>(*stage)) {
+  if (stage != nullptr && creep::duration_of(*stage)) {
     line += text(", dynamic stage %lld, creep time ", static_cast<long long>(progress.dynamic_stage)) +
             way.from + " of " + way.to;
   } else if (!way.to.empty()) {
-    line += ", axial stress " + way.from + " of " + way.to;
+    line += way.from.empty() ? ", to " + way.to : ", axial stress " + way.from + " of " + way.to;
   }
   if (progress.axial_strain) line += text(", strain %.3g %%", 100.0 * *progress.axial_strain);
   if (progress.void_ratio) line += text(", e %.4f", *progress.void_ratio);

@@ -6,6 +6,7 @@
 
 #include "client/exit_codes.h"
 #include "client/job_file.h"
+#include "core/experiment/stage_text.h"
 #include "core/experiment/units.h"
 
 namespace creepctl {
@@ -19,14 +20,7 @@ std::string summary(const creep::Experiment& experiment) {
   std::string text = experiment.specimen.particles
                          ? std::to_string(*experiment.specimen.particles) + " particles"
                          : "a cube of " + format_quantity(*experiment.specimen.side, Dimension::kLength);
-  for (const creep::Stage& stage : experiment.program) {
-    if (const auto* loading = std::get_if<creep::OedometricStage>(&stage)) {
-      text += ", oedometric to " + format_quantity(loading->axial_stress, Dimension::kStress);
-    } else if (const auto* hold = std::get_if<creep::CreepStage>(&stage)) {
-      text += ", creep for " + format_quantity(hold->duration, Dimension::kDuration);
-      if (hold->axial_stress) text += " at " + format_quantity(*hold->axial_stress, Dimension::kStress);
-    }
-  }
+  for (const creep::Stage& stage : experiment.program) text += ", " + creep::stage_text(stage);
   return text;
 }
 

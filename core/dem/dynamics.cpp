@@ -31,6 +31,7 @@ Dynamics::Dynamics(const Experiment& experiment, const Kernels& kernels, Options
       search_(experiment.numerics.skin.value_or(0.01 * median_diameter(experiment.specimen.grading))),
       team_(options.threads),
       median_diameter_(median_diameter(experiment.specimen.grading)),
+      crushable_(experiment.material.comminution_limit < std::numeric_limits<double>::infinity()),
       least_growing_ratio_(experiment.material.crack_velocity > 0.0
                                ? elementary::pow(kLeastCrackVelocity / experiment.material.crack_velocity,
                                                  1.0 / experiment.material.corrosion_index)
@@ -195,7 +196,7 @@ void Dynamics::grow_cracks(Specimen& specimen, CycleResult& result) {
   Particles& particles = specimen.particles;
   const double elapsed = specimen.crack_time;
   specimen.crack_time = 0.0;
-  if (elapsed == 0.0) return;
+  if (elapsed == 0.0 || !crushable_ || experiment_.material.crack_velocity == 0.0) return;
   team_.run([&](int member) {
     std::vector<Failure>& failed = grown_through_[static_cast<std::size_t>(member)];
     failed.clear();
@@ -247,7 +248,7 @@ CycleResult Dynamics::cycle(Specimen& specimen, const WallControl& control) {
   ensure_list(specimen);
   CycleKind kind;
   kind.measure = cycle % kMeasureInterval == 0;
-  kind.check = may_fail_ && cycle % experiment_.numerics.failure_check_interval == 0;
+  kind.check = may_fail_ && crushable_ && cycle % experiment_.numerics.failure_check_interval == 0;
   const double drift = specimen.time_step;
   const double kick = 0.5 * (specimen.last_time_step + drift);
   CycleResult result;

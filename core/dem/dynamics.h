@@ -87,6 +87,7 @@ class Dynamics {
   ContactSearch search_;
   Team team_;
   double median_diameter_;
+  bool crushable_;              ///< some particle may fail
   double least_growing_ratio_;  ///< stress ratio below which no crack grows measurably
   bool may_fail_ = false;
   std::vector<double> breaking_at_walls_;  ///< n: stress ratio of a particle that breaks there, else 0

@@ -20,6 +20,8 @@ void steer(Walls& walls, const WallControl& control, double mass, double median_
       inward =
           stiffness > 0.0 ? error / (kImpedances * std::sqrt(mass * stiffness)) : std::copysign(cap, error);
       inward = std::clamp(inward, -cap, cap);
+    } else if (control[axis].mode == AxisControl::Mode::kVelocity) {
+      inward = 0.5 * control[axis].closing_velocity;
     }
     walls.velocity[low] = inward;
     walls.velocity[high] = -inward;

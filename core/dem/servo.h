@@ -9,10 +9,10 @@ namespace creep {
 
 /// How the pair of walls of one axis moves.
 struct AxisControl {
-  enum class Mode { kFixed, kServo };
+  enum class Mode { kFixed, kServo, kVelocity };
   Mode mode = Mode::kFixed;
   double stress = 0.0;            ///< target under servo, compression positive [Pa]
-  double closing_velocity = 0.0;  ///< cap of the closing speed of the pair [m/s]
+  double closing_velocity = 0.0;  ///< of the pair: cap under servo, else the speed itself [m/s]
 };
 
 using WallControl = std::array<AxisControl, 3>;

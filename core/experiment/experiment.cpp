@@ -1,5 +1,7 @@
 #include "core/experiment/experiment.h"
 
+#include <iterator>
+
 #include "core/arithmetic/digest.h"
 
 namespace creep {
@@ -77,11 +79,18 @@ void add_material(FieldDigest& digest, const Material& material) {
 void add_program(FieldDigest& digest, const std::vector<Stage>& program) {
   for (const Stage& stage : program) {
     digest.tag(stage_name(stage));
-    if (const auto* oedometric = std::get_if<OedometricStage>(&stage)) {
-      digest.add("axial_stress", oedometric->axial_stress);
-    } else if (const auto* hold = std::get_if<CreepStage>(&stage)) {
-      digest.add("duration", hold->duration);
-      digest.add("axial_stress", hold->axial_stress);
+    if (const Target* until = target_of(stage)) digest.add(measure_name(until->measure), until->value);
+    if (const auto duration = duration_of(stage)) digest.add("duration", *duration);
+    if (const auto* creep = std::get_if<CreepStage>(&stage)) {
+      digest.add("axial_stress", creep->axial_stress);
+      digest.add("deviatoric_stress", creep->deviatoric_stress);
+    } else if (const auto* triaxial = std::get_if<TriaxialStage>(&stage)) {
+      digest.add("radial_stress", triaxial->radial_stress);
+      digest.add("axial_velocity", triaxial->axial_velocity);
+    }
+    if (const std::optional<Keep>& keep = keep_of(stage)) {
+      digest.tag("keep");
+      digest.add(measure_name(keep->measure), keep->step);
     }
   }
 }
@@ -101,16 +110,85 @@ void add_numerics(FieldDigest& digest, const Numerics& numerics) {
 
 }  // namespace
 
+std::string_view measure_name(Target::Measure measure) {
+  switch (measure) {
+    case Target::Measure::kAxialStress:
+      return "axial_stress";
+    case Target::Measure::kMeanStress:
+      return "mean_stress";
+    case Target::Measure::kDeviatoricStress:
+      return "deviatoric_stress";
+    case Target::Measure::kStressRatio:
+      return "stress_ratio";
+    case Target::Measure::kAxialStrain:
+      return "axial_strain";
+    case Target::Measure::kDeviatoricStrain:
+      return "deviatoric_strain";
+  }
+  return "";
+}
+
 std::string_view stage_name(const Stage& stage) {
-  return std::holds_alternative<OedometricStage>(stage) ? "oedometric" : "creep";
+  constexpr std::string_view kNames[] = {"oedometric", "isotropic", "triaxial",
+                                         "unload",     "creep",     "relaxation"};
+  static_assert(std::size(kNames) == std::variant_size_v<Stage>);
+  return kNames[stage.index()];
+}
+
+const Target* target_of(const Stage& stage) {
+  return std::visit(
+      [](const auto& one) -> const Target* {
+        if constexpr (requires { one.until; }) {
+          return &one.until;
+        } else {
+          return nullptr;
+        }
+      },
+      stage);
+}
+
+std::optional<double> duration_of(const Stage& stage) {
+  return std::visit(
+      [](const auto& one) -> std::optional<double> {
+        if constexpr (requires { one.duration; }) {
+          return one.duration;
+        } else {
+          return std::nullopt;
+        }
+      },
+      stage);
+}
+
+const std::optional<Keep>& keep_of(const Stage& stage) {
+  return std::visit([](const auto& one) -> const std::optional<Keep>& { return one.keep; }, stage);
 }
 
 std::string experiment_hash(const Experiment& experiment) {
   FieldDigest digest;
+  if (experiment.start) {
+    digest.tag("start");
+    digest.tag(experiment.start->job);
+    digest.tag(experiment.start->checkpoint);
+  }
   add_specimen(digest, experiment.specimen);
   add_material(digest, experiment.material);
   add_program(digest, experiment.program);
   add_numerics(digest, experiment.numerics);
+  return digest.hex();
+}
+
+std::string specimen_hash(const Experiment& experiment) {
+  FieldDigest digest;
+  add_specimen(digest, experiment.specimen);
+  const Material& material = experiment.material;
+  digest.add("density", material.density);
+  digest.add("limit_stress", material.limit_stress);
+  digest.add("reference_diameter", material.reference_diameter);
+  digest.add("size_exponent", material.size_exponent);
+  digest.add("strength_variation", material.strength_variation);
+  digest.add("strength_floor", material.strength_floor);
+  digest.add("comminution_limit", material.comminution_limit);
+  digest.add("inertia_scaling", static_cast<std::int64_t>(experiment.numerics.inertia_scaling));
   return digest.hex();
 }
 

@@ -64,10 +64,10 @@ struct Material {
   double size_exponent = 0.25;           ///< k of (d/d0)^-k [-] (open reading: 3/m_p)
   double strength_variation = 0.38;      ///< var [-]
   double strength_floor = 0.05;          ///< least value of 1 + var X [-] (open reading)
-  double comminution_limit = 0.1155e-3;  ///< d_c: smaller particles never fail [m]
+  double comminution_limit = 0.1155e-3;  ///< d_c: smaller particles never fail [m]; infinite: none does
   SplitLayout split_layout = SplitLayout::kOctahedral;
   // Cracks (eqs 14-21)
-  double crack_velocity = 0.1;    ///< v0 [m/s]
+  double crack_velocity = 0.1;    ///< v0 [m/s]; 0: cracks do not grow
   double corrosion_index = 60.0;  ///< n [-]
   // Grading index (eq 13)
   double grading_index_max_diameter = 0.27e-3;  ///< d_max [m]
@@ -82,22 +82,82 @@ struct Material {
   double tangential_ratio() const { return 2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio); }
 };
 
-/// Top and bottom move at `loading_velocity` until the axial stress is reached; the sides are fixed.
+/// The value of a measure at which a loading stage ends.
+struct Target {
+  enum class Measure {
+    kAxialStress,       ///< s_a [Pa]
+    kMeanStress,        ///< p = (s_a + 2 s_r) / 3 [Pa]
+    kDeviatoricStress,  ///< q = s_a - s_r [Pa]
+    kStressRatio,       ///< q / p [-]
+    kAxialStrain,       ///< engineering [-]
+    kDeviatoricStrain,  ///< 2/3 (axial - radial strain) [-]
+  };
+  double value = 0.0;
+  Measure measure = Measure::kAxialStress;
+};
+
+/// Named checkpoints of a stage: one at its end and, with `step`, one at each multiple of it.
+struct Keep {
+  double step = 0.0;  ///< of the measure; 0: at the end only
+  Target::Measure measure = Target::Measure::kAxialStrain;
+};
+
+/// Top and bottom close at up to `loading_velocity` until an axial stress or strain; the sides are fixed.
 struct OedometricStage {
-  double axial_stress = 0.0;  ///< target [Pa]
+  Target until;
+  std::optional<Keep> keep = {};
 };
 
-/// Holds the axial stress (default: the one reached) for `duration` of creep_time: dynamic stages and ageing
-/// in turn.
+/// All walls bring the stress to a mean stress, alike on all sides, and the specimen to rest there.
+struct IsotropicStage {
+  Target until{0.0, Target::Measure::kMeanStress};
+  std::optional<Keep> keep = {};
+};
+
+/// Top and bottom close at a constant velocity; the sides hold their stress.
+struct TriaxialStage {
+  Target until;
+  std::optional<double> radial_stress = {};  ///< [Pa]; default: the one held before, else the one reached
+  double axial_velocity = 0.01;              ///< closing speed of the pair of platens [m/s]
+  std::optional<Keep> keep = {};
+};
+
+/// Back to a lower axial or deviatoric stress, with the sides as they were (fixed, or holding their stress),
+/// or to a lower mean stress on all sides.
+struct UnloadStage {
+  Target until;
+  std::optional<Keep> keep = {};
+};
+
+/// Holds a stress for `duration` of creep_time: dynamic stages and ageing in turn. Sides stay fixed after an
+/// oedometric stage, else they hold their stress.
 struct CreepStage {
-  double duration = 0.0;               ///< of creep_time [s]
-  std::optional<double> axial_stress;  ///< [Pa]
+  double duration = 0.0;                         ///< of creep_time [s]
+  std::optional<double> axial_stress;            ///< [Pa]; default: the one reached
+  std::optional<double> deviatoric_stress = {};  ///< instead of axial_stress [Pa]
+  std::optional<Keep> keep = {};
 };
 
-using Stage = std::variant<OedometricStage, CreepStage>;
+/// Holds the axial strain for `duration` of creep_time while the stress decays.
+struct RelaxationStage {
+  double duration = 0.0;  ///< of creep_time [s]
+  std::optional<Keep> keep = {};
+};
 
-/// "oedometric", "creep": the word of the job file.
+using Stage =
+    std::variant<OedometricStage, IsotropicStage, TriaxialStage, UnloadStage, CreepStage, RelaxationStage>;
+
+/// "oedometric", "creep", ...: the word of the job file.
 std::string_view stage_name(const Stage& stage);
+
+/// "axial_stress", ...: the word of the job file.
+std::string_view measure_name(Target::Measure measure);
+
+/// What a loading stage goes to; none for a hold (creep, relaxation).
+const Target* target_of(const Stage& stage);
+/// Of a hold [s]; none for a loading stage.
+std::optional<double> duration_of(const Stage& stage);
+const std::optional<Keep>& keep_of(const Stage& stage);
 
 enum class InertiaScaling { kNone, kFragments, kAll };
 
@@ -119,8 +179,16 @@ struct Output {
   bool snapshots_per_decade = false;  ///< a .vtp per decade of age
 };
 
+/// Another job's checkpoint, from which this one starts instead of packing. Whoever takes the job puts the
+/// bytes beside it.
+struct Start {
+  std::string job;         ///< id of a job, or path of its folder
+  std::string checkpoint;  ///< name of a kept one, or the number N of checkpoints/ck.N; "": the newest
+};
+
 struct Experiment {
   std::string name;  ///< optional label, "" if none; not part of the physics
+  std::optional<Start> start;
   SpecimenSpec specimen;
   Material material;
   std::vector<Stage> program;  ///< at least one stage
@@ -130,6 +198,10 @@ struct Experiment {
 
 /// SHA-256 (64 hex digits) over every field that can change a result; name, skin and output do not count.
 std::string experiment_hash(const Experiment& experiment);
+
+/// SHA-256 over what is built into a packed specimen: [specimen], the density, strength and inertia of its
+/// grains. The same for all jobs that may start from one another's checkpoints.
+std::string specimen_hash(const Experiment& experiment);
 
 /// Median diameter by mass, d50 [m].
 double median_diameter(const Grading& grading);

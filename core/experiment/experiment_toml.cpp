@@ -34,6 +34,19 @@ void read_name(TableReader& root, Experiment& experiment) {
   experiment.name = *name;
 }
 
+Start read_start(const DocumentNode& table, DiagnosticLog& log) {
+  TableReader reader(table, "[start]", log);
+  Start start;
+  start.job = reader.string("job").value_or("");
+  if (start.job.empty()) {
+    reader.error(reader.position_of("job"),
+                 "[start] needs job: the id of a job, or for creepctl run its folder");
+  }
+  start.checkpoint = reader.string("checkpoint").value_or("");
+  reader.finish();
+  return start;
+}
+
 void check_together(const DocumentNode& root, const Experiment& experiment, DiagnosticLog& log) {
   const auto& ageing = experiment.numerics.breakages_per_ageing;
   const auto& particles = experiment.specimen.particles;
@@ -47,24 +60,25 @@ Experiment read_experiment(const DocumentNode& document, DiagnosticLog& log) {
   Experiment experiment;
   TableReader root(document, "the job file", log);
   read_name(root, experiment);
+  if (const DocumentNode* start = section(root, "start")) experiment.start = read_start(*start, log);
   if (const DocumentNode* specimen = section(root, "specimen")) {
     experiment.specimen = read_specimen(*specimen, log);
-  } else if (!root.has("specimen")) {
+  } else if (!root.has("specimen") && !root.has("start")) {
     log.error({}, "missing section [specimen]");
   }
   if (const DocumentNode* material = section(root, "material")) {
     experiment.material = read_material(*material, log);
   }
   if (const DocumentNode* program = root.find("program")) {
-    experiment.program = read_program(*program, experiment.specimen.isotropic_stress, log);
+    experiment.program = read_program(
+        *program, experiment.start ? std::nullopt : std::optional(experiment.specimen.isotropic_stress), log);
   } else {
-    log.error({}, "missing [[program]]: the job has no stage (available: oedometric, creep)");
+    log.error({}, "missing [[program]]: the job has no stage");
   }
   if (const DocumentNode* numerics = section(root, "numerics")) {
     experiment.numerics = read_numerics(*numerics, log);
   }
   if (const DocumentNode* output = section(root, "output")) experiment.output = read_output(*output, log);
-  root.unavailable("start", "");
   root.finish();
   check_together(document, experiment, log);
   return experiment;

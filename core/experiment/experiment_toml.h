@@ -18,7 +18,8 @@ struct ParseResult {
 };
 
 /// Parses and validates a job file of any bytes. Keys that are left out have the defaults of experiment.h;
-/// only [specimen] with particles or side, and one [[program]], must be there.
+/// only [specimen] with particles or side, and one [[program]], must be there. With [start] the specimen may
+/// be left out as well: complete the text from the source's first (job_text.h).
 ParseResult parse_experiment(std::string_view text);
 
 /// A `grading = { file = "psd.csv" }` of a job file: which bytes of the text are the key and the value.

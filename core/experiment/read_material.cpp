@@ -1,4 +1,5 @@
 #include <array>
+#include <limits>
 
 #include "core/experiment/presets.h"
 #include "core/experiment/sections.h"
@@ -35,6 +36,11 @@ Material read_material(const DocumentNode& table, DiagnosticLog& log) {
     material.split_layout = kLayoutValues[*layout];
   reader.quantity("crack_velocity", Dimension::kVelocity, 1e-9, 1e4, material.crack_velocity);
   reader.number("corrosion_index", 1.0, 200.0, material.corrosion_index);
+  bool crushing = true, cracks = true;
+  reader.flag("crushing", crushing);
+  reader.flag("cracks", cracks);
+  if (!crushing) material.comminution_limit = std::numeric_limits<double>::infinity();
+  if (!cracks) material.crack_velocity = 0.0;
   reader.quantity("grading_index_max_diameter", Dimension::kLength, 1e-6, 0.1,
                   material.grading_index_max_diameter);
   reader.quantity("grading_index_min_diameter", Dimension::kLength, 1e-9, 0.1,

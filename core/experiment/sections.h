@@ -2,6 +2,7 @@
 // returned is then only good for finding further errors.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/experiment/document.h"
@@ -13,8 +14,10 @@ SpecimenSpec read_specimen(const DocumentNode& table, DiagnosticLog& log);
 
 Material read_material(const DocumentNode& table, DiagnosticLog& log);
 
-/// `isotropic_stress` is where loading starts [Pa]: targets rise from it.
-std::vector<Stage> read_program(const DocumentNode& stages, double isotropic_stress, DiagnosticLog& log);
+/// `isotropic_stress` is where loading starts [Pa]: targets rise from it. None: it starts from a checkpoint,
+/// of which nothing is known yet.
+std::vector<Stage> read_program(const DocumentNode& stages, std::optional<double> isotropic_stress,
+                                DiagnosticLog& log);
 
 Numerics read_numerics(const DocumentNode& table, DiagnosticLog& log);
 

@@ -107,6 +107,12 @@ void TableReader::quantity(std::string_view key, Dimension dimension, double lea
 }
 
 void TableReader::number(std::string_view key, double least, double most, double& target) {
+  std::optional<double> value;
+  number(key, least, most, value);
+  if (value) target = *value;
+}
+
+void TableReader::number(std::string_view key, double least, double most, std::optional<double>& target) {
   const DocumentNode* node = find(key);
   if (node == nullptr) return;
   if (const auto value = read_number(*node, key, least, most, log_)) target = *value;
@@ -135,6 +141,17 @@ void TableReader::count(std::string_view key, std::int64_t least, std::int64_t m
     const std::string value =
         node->kind == Kind::kInteger ? std::to_string(node->integer) : shortest(node->floating);
     log_.error(node->begin, name + " = " + value + " is out of range: allowed " + range);
+  }
+}
+
+void TableReader::flag(std::string_view key, bool& target) {
+  const DocumentNode* node = find(key);
+  if (node == nullptr) return;
+  if (node->kind == Kind::kBoolean) {
+    target = node->boolean;
+  } else {
+    log_.error(node->begin,
+               std::string(key) + " must be true or false, not " + std::string(kind_name(node->kind)));
   }
 }
 

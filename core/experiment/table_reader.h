@@ -31,9 +31,12 @@ class TableReader {
   void quantity(std::string_view key, Dimension dimension, double least, double most,
                 std::optional<double>& target);
   void number(std::string_view key, double least, double most, double& target);
+  void number(std::string_view key, double least, double most, std::optional<double>& target);
   void count(std::string_view key, std::int64_t least, std::int64_t most, std::int64_t& target);
   void count(std::string_view key, std::int64_t least, std::int64_t most,
              std::optional<std::int64_t>& target);
+
+  void flag(std::string_view key, bool& target);
 
   /// The index in `words` of the word given; none if the key is absent or its value is no such word (an
   /// error).

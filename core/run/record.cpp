@@ -12,7 +12,7 @@ namespace creep {
 namespace {
 
 constexpr Column kSampleColumns[] = {
-    {"stage", "1", "Place in the program, from 0; -1 while packing"},
+    {"stage", "1", "Place in the program, from 0; -1 before it"},
     {"phase", "1", "0 packing, 1 loading, 2 dynamic stage, 3 ageing jump"},
     {"dynamic_stage", "1", "Dynamic stages of the present hold begun so far"},
     {"cycle", "1", "Cycles computed since the start of the run"},
@@ -46,7 +46,10 @@ constexpr Column kSampleColumns[] = {
     {"tangential_residual_J", "J", "Work of tangential forces neither stored nor dissipated by sliding"},
     {"energy_unexplained_J", "J", "Wall work less the sum of all the above, since the end of packing"},
     {"mass_unexplained", "1", "Mass of particles and fines over the initial mass, less 1"},
+    {"mean_stress_Pa", "Pa", "p = (axial + 2 radial stress) / 3, from wall forces"},
+    {"deviatoric_stress_Pa", "Pa", "q = axial - radial stress, from wall forces"},
 };
+constexpr std::size_t kSampleColumnsBeforeStress = std::size(kSampleColumns) - 2;
 
 constexpr Column kStageColumns[] = {
     {"dynamic_stage", "1", "Number in its hold, from 0 (the initial one); -1 for a loading stage"},
@@ -62,7 +65,7 @@ constexpr Column kStageColumns[] = {
     {"void_ratio_end", "1", "At its end"},
     {"axial_stress_end_Pa", "Pa", "At its end"},
     {"grading_index_end", "1", "At its end"},
-    {"ripple", "1", "Largest |stress/target - 1| in the stage; 0 for a loading stage"},
+    {"ripple", "1", "Largest |stress/target - 1| of walls that hold a stress; 0 for a loading stage"},
     {"broken_at_start", "1", "Particles broken by the ageing jump that opened it"},
     {"broken_during", "1", "Particles broken while it ran"},
     {"unbalanced_force_ratio", "1", "At its end"},
@@ -95,6 +98,14 @@ constexpr Column kGradingColumns[] = {
     {"diameter_m", "m", "Particle diameter"},
     {"passing", "1", "Mass fraction finer, fines included"},
 };
+
+/// Rows of earlier versions end before p and q, which follow from the others.
+void add_mean_and_deviatoric_stress(std::vector<double>& sample) {
+  const double axial = sample[column_index(RecordKind::kSample, "axial_stress_Pa")];
+  const double radial = sample[column_index(RecordKind::kSample, "radial_stress_Pa")];
+  sample.push_back((axial + 2.0 * radial) / 3.0);
+  sample.push_back(axial - radial);
+}
 
 void put(std::string& out, std::uint64_t value, int bytes) {
   for (int i = 0; i < bytes; ++i) out.push_back(static_cast<char>((value >> (8 * i)) & 0xffu));
@@ -168,7 +179,8 @@ absl::StatusOr<Record> decode(std::string_view bytes) {
   if (expected.empty()) return absl::DataLossError("record of unknown kind");
   record.sequence = get(bytes.substr(1), 8);
   const std::uint64_t count = get(bytes.substr(9), 4);
-  if (count != expected.size() || bytes.size() != kHead + 8 * count) {
+  const bool older = record.kind == RecordKind::kSample && count == kSampleColumnsBeforeStress;
+  if ((count != expected.size() && !older) || bytes.size() != kHead + 8 * count) {
     return absl::DataLossError(
         absl::StrCat("record with ", count, " values where ", expected.size(), " belong"));
   }
@@ -176,6 +188,7 @@ absl::StatusOr<Record> decode(std::string_view bytes) {
   for (std::size_t i = 0; i < count; ++i) {
     record.values[i] = std::bit_cast<double>(get(bytes.substr(kHead + 8 * i), 8));
   }
+  if (older) add_mean_and_deviatoric_stress(record.values);
   return record;
 }
 

@@ -51,7 +51,7 @@ std::string_view phase_name(Phase phase);
 enum class BreakageCause : std::uint8_t { kImmediate = 0, kCrackInDynamicStage = 1, kCrackInAgeing = 2 };
 
 /// Little-endian: kind (1 byte), sequence (8), count (4), doubles. decode() checks every length before
-/// allocating.
+/// allocating, and completes samples of earlier versions.
 std::string encode(const Record& record);
 absl::StatusOr<Record> decode(std::string_view bytes);
 

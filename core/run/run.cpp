@@ -15,6 +15,7 @@
 #include "core/run/instruction_set.h"
 #include "core/run/samples.h"
 #include "core/run/snapshot.h"
+#include "core/run/stage_control.h"
 #include "core/run/state.h"
 
 namespace creep {
@@ -22,16 +23,41 @@ namespace {
 
 constexpr std::int64_t kSampleInterval = 2000;  // cycles
 constexpr double kSampleStressRatio = 1.05;     // between samples of loading: even steps of log stress
+constexpr double kSampleStrain = 0.002;         // the same of loading by strain
 constexpr std::int64_t kSettleWindow = 5000;    // cycles on target and without a failure that end a stage
 constexpr std::int64_t kUnsettledFactor = 10;   // x minimum_cycles: longer than that is not settling
 constexpr double kCreepFailureStrain = 0.2;     // axial creep strain
+constexpr double kUnsettledStrain = 1e-3;       // in the second half of a stage: it flows, it does not settle
 constexpr double kLargestOverlap = 1.0;  // of the smaller radius: its centre reaches the surface of the other
 constexpr double kLargestInertialNumber = 0.1;  // of loading: beyond it grains collide rather than bear
 constexpr double kLargestLoadingStrain = 0.5;   // axial, before loading is given up
 constexpr double kVoidRatioTolerance = 0.002;
+constexpr const char* kPackingWord = "packing";
 
 Outcome guard(std::string reason, std::string advice) {
   return {Outcome::Kind::kGuardStop, absl::StrCat("guard ", reason), std::move(advice)};
+}
+
+/// Whether the cursor stands where the program has what it does.
+bool stands_in(const std::vector<Stage>& program, const Cursor& cursor) {
+  const auto size = static_cast<std::int64_t>(program.size());
+  if (cursor.stage >= size) return false;
+  const Stage* stage = cursor.stage < 0 ? nullptr : &program[static_cast<std::size_t>(cursor.stage)];
+  switch (cursor.act) {
+    case Cursor::Act::kPacking:
+    case Cursor::Act::kStart:
+      return true;
+    case Cursor::Act::kLoading:
+      return stage != nullptr && target_of(*stage) != nullptr;
+    case Cursor::Act::kDynamicStage:
+    case Cursor::Act::kAgeing:
+      return stage != nullptr && duration_of(*stage).has_value();
+    case Cursor::Act::kBetweenStages:
+      return stage != nullptr && cursor.stage + 1 < size;
+    case Cursor::Act::kDone:
+      return false;
+  }
+  return false;
 }
 
 }  // namespace
@@ -44,23 +70,39 @@ struct Run::Impl {
 
   Batch advance(std::int64_t cycle_budget);
   void pack(Batch& batch);
+  void begin_program(Batch& batch);
   void load(Batch& batch);
+  void end_loading(Batch& batch, bool settled);
+  bool loading_goes_wrong(Batch& batch);
+  bool loading_sample_is_due();
   void hold(Batch& batch);
+  double watch_stress();
+  bool at_rest() const;
+  void fail_in_creep(const std::string& how, Batch& batch);
+  void give_up_settling(Batch& batch);
   void age_and_break(Batch& batch);
 
-  void begin_stage(std::int64_t stage);
+  const Stage& stage() const { return experiment.program[static_cast<std::size_t>(state.cursor.stage)]; }
+  void begin_stage(std::int64_t index);
+  void begin_loading();
+  void begin_hold();
   void begin_dynamic_stage(std::int64_t broken_at_start);
   void end_dynamic_stage(Batch& batch, bool settled);
   void next_stage(Batch& batch);
+  std::int64_t steps_passed() const;
+  void keep_if_due(Batch& batch);
+  void keep(const std::string& what, Batch& batch) const;
+  std::string checkpoint() const;
+  std::string stage_word() const;
   bool computed(const CycleResult& result, Batch& batch);
   void break_particles(const std::vector<Failure>& failures, Batch& batch);
-  WallControl oedometer() const;
+  std::int64_t settle_window() const { return std::min(kSettleWindow, experiment.numerics.minimum_cycles); }
+  std::int64_t most_cycles() const {
+    return kUnsettledFactor * std::max(experiment.numerics.minimum_cycles, kSettleWindow);
+  }
 
   void emit(RecordKind kind, std::vector<double> values, Batch& batch);
-  void emit_sample(Phase phase, Batch& batch) {
-    dynamics.ensure_list(state.specimen);  // measures look at all pairs that touch now
-    emit(RecordKind::kSample, sample_values(state, experiment, dynamics.model(), phase), batch);
-  }
+  void emit_sample(Phase phase, Batch& batch);
   void emit_grading(Batch& batch);
   /// Right after a sample, while the list is valid.
   void emit_snapshot(Batch& batch) const;
@@ -85,6 +127,12 @@ Batch Run::Impl::advance(std::int64_t cycle_budget) {
     switch (state.cursor.act) {
       case Cursor::Act::kPacking:
         pack(batch);
+        break;
+      case Cursor::Act::kStart:
+        begin_program(batch);
+        break;
+      case Cursor::Act::kBetweenStages:
+        begin_stage(state.cursor.stage + 1);
         break;
       case Cursor::Act::kLoading:
         load(batch);
@@ -118,36 +166,53 @@ void Run::Impl::pack(Batch& batch) {
   cursor.initial_count = static_cast<std::int64_t>(state.specimen.particles.size());
   cursor.void_ratio_reached = void_ratio(state.specimen, experiment.material.density).with_fines;
   cursor.initial_grading_index = grading_index(state.specimen, experiment.material);
+  cursor.sides = Cursor::Sides::kHeld;
+  cursor.target = cursor.radial_target = experiment.specimen.isotropic_stress;
   emit_sample(Phase::kPacking, batch);
+  begin_program(batch);
+}
+
+void Run::Impl::begin_program(Batch& batch) {
+  if (state.cursor.act == Cursor::Act::kStart) emit_sample(Phase::kLoading, batch);
   emit_grading(batch);
   emit_snapshot(batch);
   begin_stage(0);
   batch.stage_ended = true;
 }
 
-void Run::Impl::begin_stage(std::int64_t stage) {
+void Run::Impl::begin_stage(std::int64_t index) {
   Cursor& cursor = state.cursor;
-  cursor.stage = stage;
-  const Stage& wanted = experiment.program[static_cast<std::size_t>(stage)];
-  if (const auto* loading = std::get_if<OedometricStage>(&wanted)) {
-    cursor.act = Cursor::Act::kLoading;
-    cursor.target = loading->axial_stress;
-    cursor.stage_cycle = 0;
-    cursor.sample_stress = 0.0;
-    cursor.broken_at_start = 0;
-    cursor.broken_before = state.specimen.broken_total;
-    cursor.creep_time_start = 0.0;
-    cursor.suspended_start = state.specimen.clocks.suspended_time;
-    return;
-  }
-  const auto& creep = std::get<CreepStage>(wanted);
-  if (creep.axial_stress) cursor.target = *creep.axial_stress;
+  cursor.stage = index;
+  cursor.kept = steps_passed();
+  cursor.dynamic_stage = 0;
+  take_aim(cursor, stage(), state.specimen);
+  target_of(stage()) != nullptr ? begin_loading() : begin_hold();
+}
+
+void Run::Impl::begin_loading() {
+  Cursor& cursor = state.cursor;
+  cursor.act = Cursor::Act::kLoading;
+  cursor.holding = false;
+  cursor.stage_cycle = 0;
+  cursor.quiet_since = 0;
+  cursor.reached_cycle = -1;
+  cursor.loading_start = value_of(target_of(stage())->measure, state.specimen);
+  cursor.sample_at = 0.0;
+  cursor.broken_at_start = 0;
+  cursor.broken_before = state.specimen.broken_total;
+  cursor.creep_time_start = 0.0;
+  cursor.suspended_start = state.specimen.clocks.suspended_time;
+}
+
+void Run::Impl::begin_hold() {
+  Cursor& cursor = state.cursor;
+  cursor.holding = true;
   state.specimen.clocks.hold_start = state.specimen.clocks.age + state.specimen.clocks.dynamic_time;
   cursor.age_loaded = state.specimen.clocks.age;
   cursor.next_snapshot_age = Cursor::kFirstSnapshotAge;
   cursor.strain_loaded = axial_strain(state.specimen);
+  cursor.stress_loaded = state.specimen.walls.stress(2);
   cursor.broken_loaded = state.specimen.broken_total;
-  cursor.dynamic_stage = 0;
   cursor.dynamic_stages = 0;
   cursor.ageing_jumps = 0;
   cursor.largest_ripple = 0.0;
@@ -165,14 +230,6 @@ void Run::Impl::begin_dynamic_stage(std::int64_t broken_at_start) {
   cursor.suspended_start = state.specimen.clocks.suspended_time;
   cursor.broken_at_start = broken_at_start;
   cursor.broken_before = state.specimen.broken_total;
-}
-
-WallControl Run::Impl::oedometer() const {
-  WallControl control{};  // sides fixed
-  control[2].mode = AxisControl::Mode::kServo;
-  control[2].stress = state.cursor.target;
-  control[2].closing_velocity = experiment.numerics.loading_velocity;
-  return control;
 }
 
 bool Run::Impl::computed(const CycleResult& result, Batch& batch) {
@@ -202,64 +259,135 @@ void Run::Impl::break_particles(const std::vector<Failure>& failures, Batch& bat
 }
 
 void Run::Impl::load(Batch& batch) {
-  const CycleResult result = dynamics.cycle(state.specimen, oedometer());
+  Cursor& cursor = state.cursor;
+  const CycleResult result =
+      dynamics.cycle(state.specimen, wall_control(stage(), cursor, experiment.numerics));
   if (!computed(result, batch)) return;
-  const double stress = state.specimen.walls.stress(2);
-  if (stress >= (1.0 - experiment.numerics.settle_tolerance) * state.cursor.target) {
-    state.cursor.void_ratio_loaded = void_ratio(state.specimen, experiment.material.density).with_fines;
-    emit_sample(Phase::kLoading, batch);
-    emit(RecordKind::kStage, stage_values(state, experiment, true), batch);
-    emit_grading(batch);
-    emit_snapshot(batch);
-    next_stage(batch);
-  } else if (const double inertia = inertial_number(state.specimen, experiment);
-             inertia > kLargestInertialNumber) {
+  if (comes_to_rest(stage())) {
+    const bool on_target = watch_stress() < experiment.numerics.settle_tolerance;
+    if (!on_target || !result.failures.empty()) cursor.quiet_since = cursor.stage_cycle;
+    if (on_target && cursor.reached_cycle < 0) cursor.reached_cycle = cursor.stage_cycle;
+    if (at_rest()) return end_loading(batch, true);
+    if (cursor.reached_cycle >= 0 && cursor.stage_cycle - cursor.reached_cycle >= most_cycles()) {
+      end_loading(batch, false);
+      return give_up_settling(batch);
+    }
+  } else if (has_passed(stage(), cursor, state.specimen, experiment.numerics.settle_tolerance)) {
+    return end_loading(batch, true);
+  }
+  if (loading_goes_wrong(batch)) return;
+  if (loading_sample_is_due()) emit_sample(Phase::kLoading, batch);
+  keep_if_due(batch);
+}
+
+void Run::Impl::end_loading(Batch& batch, bool settled) {
+  keep_aim(state.cursor, stage(), state.specimen);
+  state.cursor.void_ratio_loaded = void_ratio(state.specimen, experiment.material.density).with_fines;
+  emit_sample(Phase::kLoading, batch);
+  emit(RecordKind::kStage, stage_values(state, experiment, settled), batch);
+  emit_grading(batch);
+  emit_snapshot(batch);
+  if (settled) next_stage(batch);
+}
+
+bool Run::Impl::loading_goes_wrong(Batch& batch) {
+  const double inertia = inertial_number(state.specimen, experiment);
+  if (inertia > kLargestInertialNumber) {
     batch.outcome = guard(
         absl::StrCat("inertia: inertial number ", inertia, " in loading, limit ", kLargestInertialNumber),
-        "lower loading_velocity");
-  } else if (stress >= state.cursor.sample_stress) {
-    emit_sample(Phase::kLoading, batch);
-    state.cursor.sample_stress = kSampleStressRatio * stress;
-  } else if (axial_strain(state.specimen) > kLargestLoadingStrain) {
-    batch.outcome =
-        guard(absl::StrCat("loading: axial strain ", kLargestLoadingStrain, " passed at ", stress,
-                           " Pa, target ", state.cursor.target, " Pa"),
-              "the specimen is too weak for this stress: check limit_stress, d0 and the size exponent");
+        "lower loading_velocity or axial_velocity");
+    return true;
   }
+  if (axial_strain(state.specimen) <= kLargestLoadingStrain) return false;
+  batch.outcome =
+      guard(absl::StrCat("loading: axial strain ", kLargestLoadingStrain, " passed at ",
+                         state.specimen.walls.stress(2), " Pa axial stress, ",
+                         value_of(Target::Measure::kDeviatoricStress, state.specimen),
+                         " Pa deviatoric, target ", target_of(stage())->value),
+            "the specimen is too weak for this target: ask for less, or check limit_stress, d0 and the size "
+            "exponent");
+  return true;
+}
+
+bool Run::Impl::loading_sample_is_due() {
+  double& at = state.cursor.sample_at;
+  const double stress = state.specimen.walls.stress(2);
+  if (std::holds_alternative<UnloadStage>(stage())) {
+    if (at != 0.0 && stress > at) return false;
+    at = stress / kSampleStressRatio;
+  } else if (std::holds_alternative<TriaxialStage>(stage())) {
+    const double strain = axial_strain(state.specimen);
+    if (at != 0.0 && strain < at) return false;
+    at = strain + kSampleStrain;
+  } else {
+    if (stress < at) return false;
+    at = kSampleStressRatio * stress;
+  }
+  return true;
+}
+
+/// How far off target the walls are that hold a stress. A relaxation is compared with its own stress: it has
+/// settled once that stands still.
+double Run::Impl::watch_stress() {
+  Cursor& cursor = state.cursor;
+  const double deviation = off_target(stage(), cursor, state.specimen);
+  cursor.ripple = std::max(cursor.ripple, deviation);
+  if (!std::holds_alternative<RelaxationStage>(stage())) return deviation;
+  const double stress = state.specimen.walls.stress(2);
+  const double change = std::fabs(stress - cursor.target) / std::max(stress, cursor.target);
+  if (change >= experiment.numerics.settle_tolerance) cursor.target = stress;
+  return std::max(deviation, change);
+}
+
+bool Run::Impl::at_rest() const {
+  const Cursor& cursor = state.cursor;
+  return cursor.stage_cycle - cursor.quiet_since >= settle_window() &&
+         state.specimen.unbalanced_force_ratio < experiment.numerics.unbalanced_tolerance;
 }
 
 void Run::Impl::hold(Batch& batch) {
   Cursor& cursor = state.cursor;
   const Numerics& numerics = experiment.numerics;
-  const CycleResult result = dynamics.cycle(state.specimen, oedometer());
-  const double deviation = std::fabs(state.specimen.walls.stress(2) / cursor.target - 1.0);
-  cursor.ripple = std::max(cursor.ripple, deviation);
+  const CycleResult result = dynamics.cycle(state.specimen, wall_control(stage(), cursor, numerics));
+  const double deviation = watch_stress();
   if (!computed(result, batch)) return;
   if (deviation >= numerics.settle_tolerance || !result.failures.empty())
     cursor.quiet_since = cursor.stage_cycle;
+  if (cursor.stage_cycle == most_cycles() / 2) cursor.strain_half_way = axial_strain(state.specimen);
 
-  const std::int64_t window = std::min(kSettleWindow, numerics.minimum_cycles);
-  const bool settled = cursor.stage_cycle >= numerics.minimum_cycles &&
-                       cursor.stage_cycle - cursor.quiet_since >= window &&
-                       state.specimen.unbalanced_force_ratio < numerics.unbalanced_tolerance;
   const double creep_strain = axial_strain(state.specimen) - cursor.strain_loaded;
   if (creep_strain > kCreepFailureStrain) {
-    end_dynamic_stage(batch, false);
-    batch.outcome = {
-        Outcome::Kind::kCreepFailure,
-        absl::StrCat("creep failure: axial creep strain ", creep_strain, " > ", kCreepFailureStrain), ""};
-    cursor.act = Cursor::Act::kDone;
-  } else if (settled) {
+    fail_in_creep(absl::StrCat("axial creep strain ", creep_strain, " > ", kCreepFailureStrain), batch);
+  } else if (cursor.stage_cycle >= numerics.minimum_cycles && at_rest()) {
     end_dynamic_stage(batch, true);
-  } else if (cursor.stage_cycle >= kUnsettledFactor * std::max(numerics.minimum_cycles, kSettleWindow)) {
-    end_dynamic_stage(batch, false);
-    batch.outcome =
-        guard(absl::StrCat("settling: dynamic stage ", cursor.dynamic_stage, " not in equilibrium after ",
-                           cursor.stage_cycle, " cycles (unbalanced force ratio ",
-                           state.specimen.unbalanced_force_ratio, ", last off target or breaking ",
-                           cursor.stage_cycle - cursor.quiet_since, " cycles ago)"),
-              "raise minimum_cycles, or loosen unbalanced_tolerance or settle_tolerance");
+  } else if (cursor.stage_cycle >= most_cycles()) {
+    const double flow = axial_strain(state.specimen) - cursor.strain_half_way;
+    if (cursor.sides == Cursor::Sides::kHeld && flow > kUnsettledStrain) {
+      fail_in_creep(absl::StrCat("dynamic stage ", cursor.dynamic_stage, " flows, axial strain ", flow,
+                                 " in its last ", most_cycles() / 2, " cycles"),
+                    batch);
+    } else {
+      end_dynamic_stage(batch, false);
+      give_up_settling(batch);
+    }
   }
+}
+
+void Run::Impl::fail_in_creep(const std::string& how, Batch& batch) {
+  end_dynamic_stage(batch, false);
+  batch.outcome = {Outcome::Kind::kCreepFailure, absl::StrCat("creep failure: ", how), ""};
+  state.cursor.act = Cursor::Act::kDone;
+}
+
+void Run::Impl::give_up_settling(Batch& batch) {
+  const Cursor& cursor = state.cursor;
+  const std::string where = cursor.holding ? absl::StrCat("dynamic stage ", cursor.dynamic_stage)
+                                           : absl::StrCat(std::string(stage_name(stage())), " stage");
+  batch.outcome = guard(
+      absl::StrCat("settling: ", where, " not in equilibrium after ", cursor.stage_cycle,
+                   " cycles (unbalanced force ratio ", state.specimen.unbalanced_force_ratio,
+                   ", last off target or breaking ", cursor.stage_cycle - cursor.quiet_since, " cycles ago)"),
+      "raise minimum_cycles, or loosen unbalanced_tolerance or settle_tolerance");
 }
 
 void Run::Impl::end_dynamic_stage(Batch& batch, bool settled) {
@@ -270,8 +398,8 @@ void Run::Impl::end_dynamic_stage(Batch& batch, bool settled) {
   emit(RecordKind::kStage, stage_values(state, experiment, settled), batch);
   emit_grading(batch);
   batch.stage_ended = true;
-  const auto& creep = std::get<CreepStage>(experiment.program[static_cast<std::size_t>(cursor.stage)]);
-  const bool hold_ends = !settled || cursor.closing || state.specimen.clocks.creep_time() >= creep.duration;
+  const bool hold_ends =
+      !settled || cursor.closing || state.specimen.clocks.creep_time() >= *duration_of(stage());
   if (passes_decade_of_age() || hold_ends) emit_snapshot(batch);
   if (!settled) return;
   if (hold_ends) {
@@ -284,8 +412,7 @@ void Run::Impl::end_dynamic_stage(Batch& batch, bool settled) {
 void Run::Impl::age_and_break(Batch& batch) {
   Cursor& cursor = state.cursor;
   dynamics.assess(state.specimen);
-  const auto& creep = std::get<CreepStage>(experiment.program[static_cast<std::size_t>(cursor.stage)]);
-  const double left = creep.duration - state.specimen.clocks.creep_time();
+  const double left = *duration_of(stage()) - state.specimen.clocks.creep_time();
   const AgeingJump jump = age(state.specimen, experiment.material,
                               breakages_per_ageing(experiment.numerics, cursor.initial_count), left);
   ++cursor.ageing_jumps;
@@ -297,13 +424,38 @@ void Run::Impl::age_and_break(Batch& batch) {
 }
 
 void Run::Impl::next_stage(Batch& batch) {
+  const bool last = static_cast<std::size_t>(state.cursor.stage) + 1 == experiment.program.size();
+  state.cursor.act = last ? Cursor::Act::kDone : Cursor::Act::kBetweenStages;
   batch.stage_ended = true;
-  if (static_cast<std::size_t>(state.cursor.stage) + 1 < experiment.program.size()) {
-    begin_stage(state.cursor.stage + 1);
-    return;
-  }
-  state.cursor.act = Cursor::Act::kDone;
-  batch.outcome = Outcome{Outcome::Kind::kCompleted, "completed", ""};
+  if (keep_of(stage())) keep("end", batch);
+  if (last) batch.outcome = Outcome{Outcome::Kind::kCompleted, "completed", ""};
+}
+
+/// Multiples of the step to keep at or below the present value; when unloading, at or above it.
+std::int64_t Run::Impl::steps_passed() const {
+  const std::optional<Keep>& keep = keep_of(stage());
+  if (!keep || keep->step == 0.0) return 0;
+  const double steps = value_of(keep->measure, state.specimen) / keep->step;
+  return static_cast<std::int64_t>(std::holds_alternative<UnloadStage>(stage()) ? std::ceil(steps)
+                                                                                : std::floor(steps));
+}
+
+void Run::Impl::keep_if_due(Batch& batch) {
+  const std::int64_t passed = steps_passed();
+  const bool unloading = std::holds_alternative<UnloadStage>(stage());
+  if (unloading ? passed >= state.cursor.kept : passed <= state.cursor.kept) return;
+  state.cursor.kept = passed;
+  const Keep& wanted = *keep_of(stage());
+  const bool strain = wanted.measure == Target::Measure::kAxialStrain;
+  const double value = static_cast<double>(passed) * wanted.step;
+  keep(absl::StrCat(std::string(measure_name(wanted.measure)), "_", strain ? value : 1e-6 * value,
+                    strain ? "" : "MPa"),
+       batch);
+}
+
+void Run::Impl::keep(const std::string& what, Batch& batch) const {
+  const absl::Dec place(state.cursor.stage + 1, absl::kZeroPad2);
+  batch.kept.push_back({absl::StrCat(place, "_", std::string(stage_name(stage())), "_", what), checkpoint()});
 }
 
 Phase Run::Impl::phase() const {
@@ -311,12 +463,15 @@ Phase Run::Impl::phase() const {
     case Cursor::Act::kPacking:
       return Phase::kPacking;
     case Cursor::Act::kLoading:
+    case Cursor::Act::kStart:
+    case Cursor::Act::kBetweenStages:
       return Phase::kLoading;
     case Cursor::Act::kAgeing:
       return Phase::kAgeing;
     case Cursor::Act::kDynamicStage:
-    case Cursor::Act::kDone:
       return Phase::kDynamicStage;
+    case Cursor::Act::kDone:
+      return state.cursor.holding ? Phase::kDynamicStage : Phase::kLoading;
   }
   return Phase::kPacking;
 }
@@ -324,6 +479,17 @@ Phase Run::Impl::phase() const {
 void Run::Impl::emit(RecordKind kind, std::vector<double> values, Batch& batch) {
   CREEP_CHECK(values.size() == columns(kind).size(), "a row does not fit its columns");
   batch.records.push_back({kind, state.next_sequence++, std::move(values)});
+}
+
+void Run::Impl::emit_sample(Phase phase, Batch& batch) {
+  Cursor& cursor = state.cursor;
+  dynamics.ensure_list(state.specimen);  // measures look at all pairs that touch now
+  emit(RecordKind::kSample, sample_values(state, experiment, dynamics.model(), phase), batch);
+  if (cursor.act != Cursor::Act::kLoading || !std::holds_alternative<TriaxialStage>(stage())) return;
+  const double q = value_of(Target::Measure::kDeviatoricStress, state.specimen);
+  if (q <= cursor.peak_deviatoric_stress) return;
+  cursor.peak_deviatoric_stress = q;
+  cursor.strain_at_peak = axial_strain(state.specimen);
 }
 
 void Run::Impl::emit_grading(Batch& batch) {
@@ -353,9 +519,56 @@ Run::~Run() = default;
 absl::StatusOr<std::unique_ptr<Run>> Run::start(const Experiment& experiment, const RunOptions& options) {
   const absl::StatusOr<const Kernels*> kernels = kernels_for(options.instruction_set);
   if (!kernels.ok()) return kernels.status();
+  if (experiment.start) {
+    return absl::InvalidArgumentError("the job starts from a checkpoint, and none was given to it");
+  }
   auto impl = std::make_unique<Impl>(experiment, **kernels, options);
   impl->state.specimen = scatter(experiment);
   return std::unique_ptr<Run>(new Run(std::move(impl)));
+}
+
+absl::StatusOr<std::unique_ptr<Run>> Run::start_from(const Experiment& experiment, const RunOptions& options,
+                                                     std::string_view checkpoint) {
+  const absl::StatusOr<const Kernels*> kernels = kernels_for(options.instruction_set);
+  if (!kernels.ok()) return kernels.status();
+  const absl::StatusOr<CheckpointInfo> info = read_checkpoint_info(checkpoint);
+  if (!info.ok()) return info.status();
+  if (absl::Status status = can_start_from(*info, specimen_hash(experiment)); !status.ok()) return status;
+  absl::StatusOr<RunState> source = read_checkpoint(checkpoint);
+  if (!source.ok()) return source.status();
+  auto impl = std::make_unique<Impl>(experiment, **kernels, options);
+  RunState& state = impl->state;
+  state.specimen = std::move(source->specimen);
+  state.specimen.friction = experiment.material.friction;
+  state.packing = source->packing;
+  const Cursor& before = source->cursor;
+  state.cursor.act = Cursor::Act::kStart;
+  state.cursor.initial_count = before.initial_count;
+  state.cursor.void_ratio_reached = before.void_ratio_reached;
+  state.cursor.void_ratio_loaded = before.void_ratio_loaded;
+  state.cursor.initial_grading_index = before.initial_grading_index;
+  state.cursor.sides = before.sides;
+  state.cursor.radial_target = before.radial_target;
+  state.cursor.target = before.act == Cursor::Act::kLoading ? state.specimen.walls.stress(2) : before.target;
+  state.start_digest = info->state_digest;
+  state.inexact = source->inexact;
+  return std::unique_ptr<Run>(new Run(std::move(impl)));
+}
+
+absl::Status can_start_from(const CheckpointInfo& info, std::string_view specimen_hash) {
+  if (info.stage == kPackingWord) {
+    return absl::InvalidArgumentError(
+        "the checkpoint to start from is of a specimen that is still being packed");
+  }
+  if (info.specimen_hash == specimen_hash) return absl::OkStatus();
+  if (info.specimen_hash.empty()) {
+    return absl::InvalidArgumentError(
+        "the checkpoint to start from was made by an earlier version: it can be continued only");
+  }
+  return absl::InvalidArgumentError(
+      "the checkpoint to start from has another specimen: [specimen], density, strength, comminution_limit "
+      "and "
+      "inertia_scaling must be those of its job");
 }
 
 absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, const RunOptions& options,
@@ -367,6 +580,9 @@ absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, c
   if (info->experiment_hash != experiment_hash(experiment)) {
     return absl::InvalidArgumentError("this checkpoint belongs to another experiment");
   }
+  if (info->finished) {
+    return absl::InvalidArgumentError("this checkpoint is of the end of its program: start another from it");
+  }
   const std::string here = arithmetic_id(options.instruction_set);
   const bool same = info->arithmetic_id == here;
   if (!same && !options.allow_inexact) {
@@ -376,8 +592,8 @@ absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, c
   }
   absl::StatusOr<RunState> state = read_checkpoint(checkpoint);
   if (!state.ok()) return state.status();
-  if (state->cursor.stage >= static_cast<std::int64_t>(experiment.program.size())) {
-    return absl::DataLossError("this checkpoint stands behind the end of the program");
+  if (!stands_in(experiment.program, state->cursor)) {
+    return absl::DataLossError("this checkpoint does not stand in the program of its experiment");
   }
   auto impl = std::make_unique<Impl>(experiment, **kernels, options);
   impl->state = *std::move(state);
@@ -387,14 +603,18 @@ absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, c
 
 Batch Run::advance(std::int64_t cycle_budget) { return impl_->advance(cycle_budget); }
 
-std::string Run::checkpoint() const {
-  const RunState& state = impl_->state;
+std::string Run::Impl::stage_word() const {
+  if (state.cursor.act == Cursor::Act::kStart) return "start";
+  return state.cursor.stage < 0 ? kPackingWord : std::string(stage_name(stage()));
+}
+
+std::string Run::Impl::checkpoint() const {
   CheckpointInfo info;
-  info.arithmetic_id = impl_->arithmetic;
-  info.experiment_hash = experiment_hash(impl_->experiment);
+  info.arithmetic_id = arithmetic;
+  info.experiment_hash = experiment_hash(experiment);
   info.state_digest = digest_of(state);
   info.next_sequence = state.next_sequence;
-  info.stage = progress().stage;
+  info.stage = stage_word();
   info.particles = static_cast<std::int64_t>(state.specimen.particles.size());
   info.cycle = state.specimen.cycle;
   info.age = state.specimen.clocks.age;
@@ -403,8 +623,13 @@ std::string Run::checkpoint() const {
   info.axial_strain = axial_strain(state.specimen);
   info.broken_total = state.specimen.broken_total;
   info.inexact = state.inexact;
+  info.specimen_hash = specimen_hash(experiment);
+  info.start_digest = state.start_digest;
+  info.finished = state.cursor.act == Cursor::Act::kDone;
   return write_checkpoint(state, info);
 }
+
+std::string Run::checkpoint() const { return impl_->checkpoint(); }
 
 std::string Run::state_digest() const { return digest_of(impl_->state); }
 std::uint64_t Run::next_sequence() const { return impl_->state.next_sequence; }
@@ -419,20 +644,23 @@ Progress Run::progress() const {
   progress.stage_count = static_cast<std::int64_t>(impl_->experiment.program.size());
   progress.dynamic_stage = cursor.dynamic_stage;
   progress.particles = static_cast<std::int64_t>(state.specimen.particles.size());
+  progress.stage = impl_->stage_word();
+  if (cursor.act == Cursor::Act::kStart) return progress;
   if (cursor.stage < 0) {
-    progress.stage = "packing";
     progress.stage_fraction = 0.2 * static_cast<double>(state.packing.step);
     return progress;
   }
-  const Stage& stage = impl_->experiment.program[static_cast<std::size_t>(cursor.stage)];
-  progress.stage = std::string(stage_name(stage));
-  if (const auto* creep = std::get_if<CreepStage>(&stage)) {
+  const Stage& stage = impl_->stage();
+  if (const auto duration = duration_of(stage)) {
     // Stages of a hold come evenly in log time; the first decades before 1 s hold none.
     const double logs = elementary::log(1.0 + state.specimen.clocks.creep_time());
     progress.stage_fraction =
-        cursor.act == Cursor::Act::kDone ? 1.0 : logs / elementary::log(1.0 + creep->duration);
+        cursor.act == Cursor::Act::kDone ? 1.0 : logs / elementary::log(1.0 + *duration);
   } else {
-    progress.stage_fraction = state.specimen.walls.stress(2) / cursor.target;
+    const Target& until = *target_of(stage);
+    const double way = until.value - cursor.loading_start;
+    progress.stage_fraction =
+        way != 0.0 ? (value_of(until.measure, state.specimen) - cursor.loading_start) / way : 1.0;
   }
   progress.stage_fraction = std::clamp(progress.stage_fraction, 0.0, 1.0);
   return progress;

@@ -63,12 +63,19 @@ struct Snapshot {
   std::string bytes;
 };
 
+/// A named checkpoint that the program keeps.
+struct KeptCheckpoint {
+  std::string name;  ///< "02_triaxial_axial_strain_0.015", "02_triaxial_end"; the same in every attempt
+  std::string bytes;
+};
+
 /// What one advance() brought forth.
 struct Batch {
-  std::vector<Record> records;      ///< in sequence
-  std::vector<Snapshot> snapshots;  ///< in order; none unless the experiment asks for them
-  std::int64_t cycles = 0;          ///< computed now
-  double particle_steps = 0.0;      ///< cycles x particles computed now
+  std::vector<Record> records;       ///< in sequence
+  std::vector<Snapshot> snapshots;   ///< in order; none unless the experiment asks for them
+  std::vector<KeptCheckpoint> kept;  ///< in order; none unless a stage asks for them
+  std::int64_t cycles = 0;           ///< computed now
+  double particle_steps = 0.0;       ///< cycles x particles computed now
   std::int64_t rebuilds = 0;  ///< neighbour searches now (depends on skin and schedule, not on the physics)
   bool stage_ended = false;   ///< packing, a program stage or a dynamic stage ended: a checkpoint is due
   std::optional<Outcome> outcome;  ///< set once, at the end
@@ -95,18 +102,31 @@ struct CheckpointInfo {
   double creep_time = 0.0;    ///< [s]
   double axial_strain = 0.0;
   std::int64_t broken_total = 0;
-  bool inexact = false;  ///< an attempt was resumed with other arithmetic
+  bool inexact = false;       ///< an attempt was resumed with other arithmetic
+  std::string specimen_hash;  ///< what start_from() asks to be equal (experiment.h); "" before version 3
+  std::string start_digest;   ///< of the checkpoint that the run itself was started from; "" if it packed
+  bool finished = false;      ///< the program is carried out: to start from, not to resume
 };
 
 class Run {
  public:
   /// A run before its first cycle. Error: InvalidArgument for an unknown or unsupported instruction set.
+  /// Or if the experiment has a [start]: that needs start_from().
   static absl::StatusOr<std::unique_ptr<Run>> start(const Experiment& experiment, const RunOptions& options);
 
-  /// Continues from checkpoint() bytes. Errors: DataLoss (damaged), InvalidArgument (another experiment),
+  /// Continues from checkpoint() bytes. Errors: DataLoss (damaged), InvalidArgument (another experiment, or
+  /// the program is carried out),
   /// FailedPrecondition (other arithmetic_id and not allow_inexact).
   static absl::StatusOr<std::unique_ptr<Run>> resume(const Experiment& experiment, const RunOptions& options,
                                                      std::string_view checkpoint);
+
+  /// Begins the program with the specimen of a checkpoint, of whatever experiment with the same
+  /// specimen_hash: program and numerics are the new ones, so are friction, contact law and crack growth.
+  /// Strains, ledgers and clocks go on; records begin with 0. Errors: DataLoss (damaged), InvalidArgument
+  /// (another specimen, or still packing).
+  static absl::StatusOr<std::unique_ptr<Run>> start_from(const Experiment& experiment,
+                                                         const RunOptions& options,
+                                                         std::string_view checkpoint);
   ~Run();
 
   /// Computes at most `cycle_budget` cycles (at least 1); stops early at the end of any stage.
@@ -130,6 +150,10 @@ class Run {
   explicit Run(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// Whether start_from() would take the checkpoint for an experiment of this specimen_hash(). Error:
+/// InvalidArgument, with what stands against it.
+absl::Status can_start_from(const CheckpointInfo& info, std::string_view specimen_hash);
 
 /// Reads the head of a checkpoint and verifies every section's checksum. Error: DataLoss.
 absl::StatusOr<CheckpointInfo> read_checkpoint_info(std::string_view checkpoint);

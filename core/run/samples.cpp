@@ -7,6 +7,7 @@
 #include "core/dem/measures.h"
 #include "core/physics/grading.h"
 #include "core/run/ageing.h"
+#include "core/run/stage_control.h"
 
 namespace creep {
 namespace {
@@ -63,10 +64,7 @@ double inertial_number(const Specimen& specimen, const Experiment& experiment) {
 }
 
 double creep_time(const RunState& state) {
-  const bool in_hold = state.cursor.act == Cursor::Act::kDynamicStage ||
-                       state.cursor.act == Cursor::Act::kAgeing ||
-                       (state.cursor.act == Cursor::Act::kDone && state.cursor.dynamic_stages > 0);
-  return in_hold ? state.specimen.clocks.creep_time() : 0.0;
+  return state.cursor.holding ? state.specimen.clocks.creep_time() : 0.0;
 }
 
 std::vector<double> sample_values(const RunState& state, const Experiment& experiment,
@@ -110,7 +108,9 @@ std::vector<double> sample_values(const RunState& state, const Experiment& exper
           energy.removed,
           packing ? 0.0 : energy.residual,
           packing ? 0.0 : energy.unexplained,
-          mass_unexplained(s)};
+          mass_unexplained(s),
+          value_of(Target::Measure::kMeanStress, s),
+          value_of(Target::Measure::kDeviatoricStress, s)};
 }
 
 std::vector<double> stage_values(const RunState& state, const Experiment& experiment, bool settled) {
@@ -186,7 +186,7 @@ std::vector<SummaryFigure> summary_figures(const RunState& state, const Experime
       {"axial_stress_Pa", s.walls.stress(2)},
       {"radial_stress_Pa", 0.5 * (s.walls.stress(0) + s.walls.stress(1))},
       {"axial_strain", axial_strain(s)},
-      {"axial_creep_strain", cursor.dynamic_stages > 0 ? axial_strain(s) - cursor.strain_loaded : 0.0},
+      {"axial_creep_strain", cursor.holding ? axial_strain(s) - cursor.strain_loaded : 0.0},
       {"creep_time_s", creep_time(state)},
       {"age_s", s.clocks.age},
       {"dynamic_time_s", s.clocks.dynamic_time},
@@ -203,7 +203,13 @@ std::vector<SummaryFigure> summary_figures(const RunState& state, const Experime
       {"cycles", as_double(s.cycle)},
       {"wall_work_J", s.energy.wall_work},
       {"energy_unexplained_J", energy.unexplained},
-      {"mass_unexplained", mass_unexplained(s)}};
+      {"mass_unexplained", mass_unexplained(s)},
+      {"volumetric_strain", volumetric_strain(s)},
+      {"mean_stress_Pa", value_of(Target::Measure::kMeanStress, s)},
+      {"deviatoric_stress_Pa", value_of(Target::Measure::kDeviatoricStress, s)},
+      {"peak_deviatoric_stress_Pa", cursor.peak_deviatoric_stress},
+      {"axial_strain_at_peak", cursor.strain_at_peak},
+      {"axial_stress_before_hold_Pa", cursor.stress_loaded}};
 }
 
 }  // namespace creep

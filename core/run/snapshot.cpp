@@ -184,10 +184,10 @@ Drawing draw_contacts(const Specimen& specimen, const ContactModel& model) {
 /// "00_packing", "01_oedometric", "02_creep_0004": in the order of the run when sorted.
 std::string label(const Cursor& cursor, const Experiment& experiment) {
   const absl::Dec place(cursor.stage + 1, absl::kZeroPad2);
-  if (cursor.stage < 0) return absl::StrCat(place, "_packing");
+  if (cursor.stage < 0) return absl::StrCat(place, cursor.act == Cursor::Act::kStart ? "_start" : "_packing");
   const Stage& stage = experiment.program[static_cast<std::size_t>(cursor.stage)];
   const std::string name(stage_name(stage));
-  if (!std::holds_alternative<CreepStage>(stage)) return absl::StrCat(place, "_", name);
+  if (target_of(stage) != nullptr) return absl::StrCat(place, "_", name);
   return absl::StrCat(place, "_", name, "_", absl::Dec(cursor.dynamic_stage, absl::kZeroPad4));
 }
 

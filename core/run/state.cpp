@@ -251,7 +251,7 @@ void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor, std::u
   archive(cursor.dynamic_stage);
   archive(cursor.closing);
   archive(cursor.target);
-  archive(cursor.sample_stress);
+  archive(cursor.sample_at);
   archive(cursor.stage_cycle);
   archive(cursor.quiet_since);
   archive(cursor.ripple);
@@ -272,10 +272,21 @@ void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor, std::u
   if (version < 2) return;
   archive(cursor.age_loaded);
   archive(cursor.next_snapshot_age);
+  if (version < 3) return;
+  archive(cursor.sides);
+  archive(cursor.radial_target);
+  archive(cursor.holding);
+  archive(cursor.stress_loaded);
+  archive(cursor.strain_half_way);
+  archive(cursor.reached_cycle);
+  archive(cursor.loading_start);
+  archive(cursor.peak_deviatoric_stress);
+  archive(cursor.strain_at_peak);
+  archive(cursor.kept);
 }
 
 template <class Archive, class Of>
-void visit_info(Archive& archive, Of& info) {
+void visit_info(Archive& archive, Of& info, std::uint64_t version) {
   archive(info.arithmetic_id);
   archive(info.experiment_hash);
   archive(info.state_digest);
@@ -289,6 +300,10 @@ void visit_info(Archive& archive, Of& info) {
   archive(info.axial_strain);
   archive(info.broken_total);
   archive(info.inexact);
+  if (version < 3) return;
+  archive(info.specimen_hash);
+  archive(info.start_digest);
+  archive(info.finished);
 }
 
 constexpr std::string_view kSections[] = {"info",  "particles", "shear", "surroundings",
@@ -352,10 +367,9 @@ absl::StatusOr<Verified> verified_sections(std::string_view bytes) {
 
 absl::Status consistent(const RunState& state, const std::vector<PairShear>& history) {
   const Cursor& cursor = state.cursor;
-  const bool in_stage = cursor.act == Cursor::Act::kLoading || cursor.act == Cursor::Act::kDynamicStage ||
-                        cursor.act == Cursor::Act::kAgeing;
-  if (cursor.act > Cursor::kLastAct || state.packing.step > PackingState::Step::kDone ||
-      cursor.stage < (in_stage ? 0 : -1)) {
+  const bool in_stage = cursor.act != Cursor::Act::kPacking && cursor.act != Cursor::Act::kStart;
+  if (cursor.act > Cursor::kLastAct || cursor.sides > Cursor::Sides::kHeld ||
+      state.packing.step > PackingState::Step::kDone || cursor.stage < (in_stage ? 0 : -1)) {
     return absl::DataLossError("checkpoint that stands nowhere in a program");
   }
   const Particles& particles = state.specimen.particles;
@@ -403,7 +417,7 @@ std::string write_checkpoint(const RunState& state, const CheckpointInfo& info) 
   version(kCheckpointVersion);
   out += version.bytes();
   Writer section[7];
-  visit_info(section[0], info);
+  visit_info(section[0], info, kCheckpointVersion);
   visit_particles(section[1], state.specimen.particles);
   const std::vector<PairShear> history = shear_history(state.specimen.contacts);
   visit_shear(section[2], history);
@@ -423,7 +437,7 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
   RunState state;
   CheckpointInfo info;
   std::vector<PairShear> history;
-  visit_info(reader[0], info);
+  visit_info(reader[0], info, verified->version);
   visit_particles(reader[1], state.specimen.particles);
   visit_shear(reader[2], history);
   visit_surroundings(reader[3], state.specimen);
@@ -441,6 +455,11 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
   state.specimen.contacts = contacts_from_history(state.specimen.particles.size(), history);
   state.next_sequence = info.next_sequence;
   state.inexact = info.inexact;
+  state.start_digest = info.start_digest;
+  if (verified->version < 3) {
+    state.cursor.holding =
+        state.cursor.act == Cursor::Act::kDynamicStage || state.cursor.act == Cursor::Act::kAgeing;
+  }
   if (digest_of(state) != info.state_digest)
     return absl::DataLossError("checkpoint does not match its state digest");
   return state;
@@ -451,7 +470,7 @@ absl::StatusOr<CheckpointInfo> read_checkpoint_info(std::string_view checkpoint)
   if (!verified.ok()) return verified.status();
   Reader reader(verified->sections.front());
   CheckpointInfo info;
-  visit_info(reader, info);
+  visit_info(reader, info, verified->version);
   if (!reader.done()) return absl::DataLossError("checkpoint section info does not hold what it should");
   info.format_version = static_cast<std::uint32_t>(verified->version);
   return info;

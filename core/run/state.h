@@ -16,14 +16,15 @@ namespace creep {
 struct Cursor {
   /// The first decade that a snapshot waits for [s].
   static constexpr double kFirstSnapshotAge = 1.0;
-  enum class Act : std::uint8_t { kPacking, kLoading, kDynamicStage, kAgeing, kDone };
-  static constexpr Act kLastAct = Act::kDone;
+  enum class Act : std::uint8_t { kPacking, kLoading, kDynamicStage, kAgeing, kDone, kStart, kBetweenStages };
+  static constexpr Act kLastAct = Act::kBetweenStages;
+  enum class Sides : std::uint8_t { kFixed, kHeld };
   Act act = Act::kPacking;
   std::int64_t stage = -1;           ///< place in the program
   std::int64_t dynamic_stage = 0;    ///< number in the present hold, from 0
   bool closing = false;              ///< the present dynamic stage is the last of its hold
-  double target = 0.0;               ///< axial stress of the present stage [Pa]
-  double sample_stress = 0.0;        ///< at which loading gives its next sample [Pa]
+  double target = 0.0;               ///< axial stress of the present stage, or reached by the last [Pa]
+  double sample_at = 0.0;            ///< axial stress or strain at which loading gives its next sample
   std::int64_t stage_cycle = 0;      ///< cycles of the present loading or dynamic stage
   std::int64_t quiet_since = 0;      ///< stage_cycle from which stress is on target without a failure
   double ripple = 0.0;               ///< of the present dynamic stage
@@ -44,6 +45,16 @@ struct Cursor {
   double age_loaded = 0.0;         ///< age when the present hold began [s]
   /// Age since then that the next snapshot waits for [s].
   double next_snapshot_age = kFirstSnapshotAge;
+  Sides sides = Sides::kFixed;          ///< side walls: fixed, or holding radial_target
+  double radial_target = 0.0;           ///< [Pa]
+  bool holding = false;                 ///< the present stage, or the last one if all are done, is a hold
+  double stress_loaded = 0.0;           ///< axial stress when the present hold began [Pa]
+  double strain_half_way = 0.0;         ///< axial strain at half the cycles a stage may take to settle
+  std::int64_t reached_cycle = -1;      ///< stage_cycle in which all walls first were on target; -1: not yet
+  double loading_start = 0.0;           ///< of the measure that ends the present loading stage
+  double peak_deviatoric_stress = 0.0;  ///< largest of a sample of triaxial loading [Pa]
+  double strain_at_peak = 0.0;          ///< axial
+  std::int64_t kept = 0;                ///< multiples of the step of `keep` passed in the present stage
 };
 
 struct RunState {
@@ -52,6 +63,7 @@ struct RunState {
   Cursor cursor;
   std::uint64_t next_sequence = 0;
   bool inexact = false;
+  std::string start_digest;  ///< state digest of the checkpoint that the run was started from; "" if packed
 };
 
 /// SHA-256 of the id-ordered physical state.
@@ -60,8 +72,9 @@ std::string digest_of(const RunState& state);
 /// Bytes of a checkpoint: magic, version, then named sections, each with its length and checksum.
 ///
 /// To change the format: raise kCheckpointVersion, keep reading the old one or refuse it by name, and keep an
-/// old file among the tests. Version 1, which does not know about snapshots, is read too.
-inline constexpr std::uint32_t kCheckpointVersion = 2;
+/// old file among the tests. Version 1, which does not know about snapshots, and version 2, which knows only
+/// oedometric loading and creep, are read too.
+inline constexpr std::uint32_t kCheckpointVersion = 3;
 std::string write_checkpoint(const RunState& state, const CheckpointInfo& info);
 
 /// Errors: DataLoss for anything that is not a whole, undamaged checkpoint of this version.

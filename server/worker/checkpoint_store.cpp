@@ -86,6 +86,10 @@ absl::StatusOr<CheckpointStore::Newest> CheckpointStore::load_newest(
   return newest;
 }
 
+absl::Status CheckpointStore::keep(std::string_view name, std::string_view bytes) const {
+  return write_durably(directory_ / absl::StrCat("keep.", std::string(name)), bytes);
+}
+
 absl::StatusOr<std::uint64_t> CheckpointStore::add(std::string_view bytes) {
   const std::uint64_t generation = last_number_ + 1;
   const auto path = file_of(generation);

@@ -47,6 +47,9 @@ class CheckpointStore {
   /// when the storage fails rather than the file being damaged.
   absl::StatusOr<Newest> load_newest(const std::function<absl::Status(const creep::CheckpointInfo&)>& usable);
 
+  /// Stores a checkpoint for good as keep.NAME; the same name again replaces it.
+  absl::Status keep(std::string_view name, std::string_view bytes) const;
+
   /// Adds a generation and returns its number. On an error the older ones stand as they were.
   absl::StatusOr<std::uint64_t> add(std::string_view bytes);
 

@@ -15,7 +15,10 @@ class JobDirectory {
   std::filesystem::path lease() const { return root_ / "lease"; }        ///< lock and attempt number
   std::filesystem::path sample_log() const { return root_ / "samples.log"; }   ///< every record, in sequence
   std::filesystem::path checkpoints() const { return root_ / "checkpoints"; }  ///< three generations of ck.N
-  std::filesystem::path snapshots() const { return root_ / "snapshots"; }      ///< for a viewer, if asked for
+  std::filesystem::path start_checkpoint() const {  ///< of the job that this one starts from; by the caller
+    return checkpoints() / "start";
+  }
+  std::filesystem::path snapshots() const { return root_ / "snapshots"; }  ///< for a viewer, if asked for
   std::filesystem::path stage_timings() const { return root_ / "stage_timings.csv"; }  ///< cost, not physics
   std::filesystem::path progress() const { return root_ / "progress.json"; }
   std::filesystem::path verdict() const { return root_ / "verdict.json"; }  ///< how the last attempt ended

@@ -84,6 +84,19 @@ absl::StatusOr<creep::Experiment> read_experiment(const JobDirectory& files) {
   return absl::InvalidArgumentError(absl::StrJoin(lines, "\n"));
 }
 
+absl::StatusOr<std::unique_ptr<creep::Run>> start_run(const creep::Experiment& experiment,
+                                                      const creep::RunOptions& options,
+                                                      const JobDirectory& files) {
+  if (!experiment.start) return creep::Run::start(experiment, options);
+  const auto bytes = read_file(files.start_checkpoint());
+  if (absl::IsNotFound(bytes.status())) {
+    return absl::InvalidArgumentError(
+        "job.toml has [start], but checkpoints/start, the checkpoint to start from, is not there");
+  }
+  if (!bytes.ok()) return bytes.status();
+  return creep::Run::start_from(experiment, options, *bytes);
+}
+
 /// A run at its start or at the newest checkpoint that is good and not ahead of the log.
 absl::StatusOr<std::unique_ptr<creep::Run>> begin_run(const creep::Experiment& experiment,
                                                       const creep::RunOptions& options, Output& output) {
@@ -104,7 +117,7 @@ absl::StatusOr<std::unique_ptr<creep::Run>> begin_run(const creep::Experiment& e
   if (!newest->loaded) {
     output.log.line(absl::StrCat("begins from zero, ", log_size, " records in the log"));
     output.samples.rewind(0);
-    return creep::Run::start(experiment, options);
+    return start_run(experiment, options, output.files);
   }
   const creep::CheckpointInfo& info = newest->loaded->info;
   auto run = creep::Run::resume(experiment, options, newest->loaded->bytes);
@@ -170,6 +183,10 @@ class Attempt {
   }
 
   absl::Status keep(const creep::Batch& batch) {
+    for (const creep::KeptCheckpoint& one : batch.kept) {
+      if (auto kept = output_.checkpoints.keep(one.name, one.bytes); !kept.ok()) return kept;
+      output_.log.line(absl::StrCat("keeps checkpoint ", one.name));
+    }
     // Pictures first: a checkpoint that follows the records implies them.
     if (auto written = output_.snapshots.write(batch.snapshots); !written.ok()) return written;
     const std::vector<creep::Record>& records = batch.records;

@@ -5,6 +5,7 @@
 #include <random>
 #include <sstream>
 
+#include "core/experiment/experiment_toml.h"
 #include "core/run/run.h"
 #include "core/run/state.h"
 #include "tests/core/run_scene.h"
@@ -133,6 +134,50 @@ TEST(Checkpoint, of_version_1_is_read) {
   ASSERT_TRUE(rewritten.ok()) << rewritten.status();
   EXPECT_EQ(rewritten->format_version, kCheckpointVersion);
   EXPECT_EQ(rewritten->state_digest, info->state_digest);
+}
+
+/// Of the job below, at the beginning of its hold, by the last program that wrote version 2.
+TEST(Checkpoint, of_version_2_goes_on_to_the_end_that_its_own_program_reached) {
+  const ParseResult job = parse_experiment(R"(
+[specimen]
+particles = 20
+void_ratio = 1.2
+[[program]]
+stage = "oedometric"
+until = { axial_stress = "3 MPa" }
+[[program]]
+stage = "creep"
+duration = "1 d"
+[material]
+limit_stress = "1.5 GPa"
+comminution_limit = "0.06 mm"
+[numerics]
+minimum_cycles = 400
+breakages_per_ageing = 1
+loading_velocity = "0.5 m/s"
+settle_tolerance = 0.02
+unbalanced_tolerance = 0.01
+)");
+  ASSERT_TRUE(job.experiment);
+  std::ifstream file(CREEP_SOURCE_DIR "/tests/core/checkpoint_v2.bin", std::ios::binary);
+  std::ostringstream old;
+  old << file.rdbuf();
+  ASSERT_EQ(read_checkpoint_info(old.str())->format_version, 2u);
+  auto run = Run::resume(*job.experiment, {}, old.str());
+  ASSERT_TRUE(run.ok()) << run.status();
+  Batch batch;
+  do {
+    batch = (*run)->advance(1000000);
+    for (const Record& record : batch.records) {
+      if (record.kind != RecordKind::kSample) continue;
+      EXPECT_GT(record.values[column_index(RecordKind::kSample, "creep_time_s")], 0.0) << "a hold all along";
+    }
+  } while (!batch.outcome);
+  EXPECT_EQ((*run)->state_digest(), "ecf8f1ff95e168accccee8e7e7d178cc7f1935927192074e9d544c4bcba5c46b");
+  Experiment next = *job.experiment;
+  next.start = Start{"another job", ""};
+  EXPECT_TRUE(absl::IsInvalidArgument(Run::start_from(next, {}, old.str()).status()))
+      << "it does not say of which specimen it is";
 }
 
 TEST(Checkpoint, reads_back_every_bit_it_wrote) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/experiment/experiment_toml.h"
+#include "core/experiment/job_text.h"
 
 namespace creep {
 namespace {
@@ -34,7 +35,7 @@ TEST(Experiment, the_least_job_file_gives_the_defaults) {
   EXPECT_EQ(experiment.material.size_exponent, 0.25);
   EXPECT_EQ(experiment.numerics.minimum_cycles, 150000);
   ASSERT_EQ(experiment.program.size(), 1U);
-  EXPECT_EQ(std::get<OedometricStage>(experiment.program[0]).axial_stress, 21.7e6);
+  EXPECT_EQ(std::get<OedometricStage>(experiment.program[0]).until.value, 21.7e6);
   EXPECT_EQ(stage_name(experiment.program[0]), "oedometric");
 }
 
@@ -140,6 +141,128 @@ snapshots = "per decade of age"
   EXPECT_TRUE(experiment.output.snapshots_per_decade);
 }
 
+TEST(Experiment, every_stage_and_target_is_read) {
+  const Experiment experiment = parsed(R"(
+[specimen]
+particles = 3000
+[[program]]
+stage = "isotropic"
+until = { mean_stress = "10 MPa" }
+keep = {}
+[[program]]
+stage = "triaxial"
+until = { deviatoric_stress = "5 MPa" }
+axial_velocity = "20 mm/s"
+keep = { every_axial_strain = 0.005 }
+[[program]]
+stage = "creep"
+q_ratio = 0.4
+q_max = "22.6 MPa"
+duration = "1 h"
+[[program]]
+stage = "relaxation"
+duration = "1 d"
+[[program]]
+stage = "unload"
+until = { deviatoric_stress = "1 MPa" }
+[[program]]
+stage = "triaxial"
+radial_stress = "12 MPa"
+until = { stress_ratio = 1.2 }
+[[program]]
+stage = "unload"
+until = { mean_stress = "1 MPa" }
+[[program]]
+stage = "oedometric"
+until = { axial_strain = 0.2 }
+)");
+  using Measure = Target::Measure;
+  ASSERT_EQ(experiment.program.size(), 8U);
+  const auto& isotropic = std::get<IsotropicStage>(experiment.program[0]);
+  EXPECT_EQ(isotropic.until.value, 10e6);
+  ASSERT_TRUE(isotropic.keep);
+  EXPECT_EQ(isotropic.keep->step, 0.0);
+  const auto& triaxial = std::get<TriaxialStage>(experiment.program[1]);
+  EXPECT_EQ(triaxial.until.value, 5e6);
+  EXPECT_EQ(triaxial.until.measure, Measure::kDeviatoricStress);
+  EXPECT_EQ(triaxial.axial_velocity, 0.02);
+  EXPECT_FALSE(triaxial.radial_stress);
+  ASSERT_TRUE(triaxial.keep);
+  EXPECT_EQ(triaxial.keep->step, 0.005);
+  EXPECT_EQ(triaxial.keep->measure, Measure::kAxialStrain);
+  const auto& creep = std::get<CreepStage>(experiment.program[2]);
+  ASSERT_TRUE(creep.deviatoric_stress);
+  EXPECT_DOUBLE_EQ(*creep.deviatoric_stress, 0.4 * 22.6e6);
+  EXPECT_EQ(std::get<RelaxationStage>(experiment.program[3]).duration, 86400.0);
+  EXPECT_EQ(std::get<UnloadStage>(experiment.program[4]).until.measure, Measure::kDeviatoricStress);
+  EXPECT_EQ(std::get<TriaxialStage>(experiment.program[5]).radial_stress, 12e6);
+  EXPECT_EQ(std::get<TriaxialStage>(experiment.program[5]).until.measure, Measure::kStressRatio);
+  EXPECT_EQ(std::get<UnloadStage>(experiment.program[6]).until.measure, Measure::kMeanStress);
+  EXPECT_EQ(std::get<OedometricStage>(experiment.program[7]).until.measure, Measure::kAxialStrain);
+}
+
+TEST(Experiment, a_job_that_starts_from_a_checkpoint_may_begin_with_any_stage_and_leave_out_the_specimen) {
+  const Experiment experiment = parsed(
+      "[start]\njob = \"ab12\"\ncheckpoint = \"02_triaxial_end\"\n"
+      "[[program]]\nstage = \"creep\"\ndeviatoric_stress = \"5 MPa\"\nduration = \"1 d\"\n");
+  ASSERT_TRUE(experiment.start);
+  EXPECT_EQ(experiment.start->job, "ab12");
+  EXPECT_EQ(experiment.start->checkpoint, "02_triaxial_end");
+}
+
+TEST(Experiment, crushing_and_cracks_can_be_left_out) {
+  const Experiment experiment =
+      parsed(std::string(kLeast) + "[material]\ncrushing = false\ncracks = false\n");
+  EXPECT_EQ(experiment.material.comminution_limit, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(experiment.material.crack_velocity, 0.0);
+}
+
+TEST(JobText, overrides_change_their_keys_and_nothing_else) {
+  const std::string text =
+      "name = \"a \\\"b\\\" \\\\ c\" # a comment\n[specimen]\nparticles = 300\nvoid_ratio = 0.7\n"
+      "grading = { points = [[\"0.1 mm\", 0], [\"0.4 mm\", 1.0]] }\n"
+      "[[program]]\nstage = \"oedometric\"\nuntil.axial_stress = \"2 MPa\"\n";
+  const auto unchanged = with_overrides(text, {});
+  ASSERT_TRUE(unchanged.ok()) << unchanged.status();
+  EXPECT_EQ(experiment_hash(parsed(*unchanged)), experiment_hash(parsed(text)));
+  EXPECT_EQ(parsed(*unchanged).name, parsed(text).name);
+  const auto changed = with_overrides(text, {{"numerics.minimum_cycles", "500"},
+                                             {"numerics.loading_velocity", "0.2 m/s"},
+                                             {"program.0.until.axial_stress", "\"3 MPa\""},
+                                             {"specimen.void_ratio", "0.8"}});
+  ASSERT_TRUE(changed.ok()) << changed.status();
+  Experiment expected = parsed(text);
+  expected.numerics.minimum_cycles = 500;
+  expected.numerics.loading_velocity = 0.2;
+  expected.specimen.void_ratio = 0.8;
+  std::get<OedometricStage>(expected.program[0]).until.value = 3e6;
+  EXPECT_EQ(experiment_hash(parsed(*changed)), experiment_hash(expected));
+  const auto program =
+      with_overrides(text, {{"program", "[{ stage = \"oedometric\", until.axial_strain = 0.1 }]"}});
+  ASSERT_TRUE(program.ok()) << program.status();
+  EXPECT_EQ(target_of(parsed(*program).program.at(0))->measure, Target::Measure::kAxialStrain);
+}
+
+TEST(JobText, a_key_without_a_place_is_an_error) {
+  for (const std::string key : {"program.3.duration", "specimen.particles.x", "program.x", ""}) {
+    EXPECT_FALSE(with_overrides(kLeast, {{key, "1"}}).ok()) << key;
+  }
+}
+
+TEST(JobText, sections_that_are_left_out_are_those_of_the_source) {
+  const auto text = with_sections_of(
+      "[start]\njob = \"ab12\"\n[numerics]\nminimum_cycles = 77\n[[program]]\nstage = "
+      "\"relaxation\"\nduration = \"1 d\"\n",
+      std::string(kLeast) + "[numerics]\nminimum_cycles = 12\n[material]\nfriction = 0.5\n");
+  ASSERT_TRUE(text.ok()) << text.status();
+  const Experiment experiment = parsed(*text);
+  EXPECT_EQ(experiment.specimen.particles, parsed(std::string(kLeast)).specimen.particles);
+  EXPECT_EQ(experiment.material.friction, 0.5);
+  EXPECT_EQ(experiment.numerics.minimum_cycles, 77);
+  ASSERT_EQ(experiment.program.size(), 1U);
+  EXPECT_EQ(specimen_hash(experiment), specimen_hash(parsed(std::string(kLeast))));
+}
+
 TEST(Experiment, a_key_of_the_material_overrides_the_preset_wherever_it_stands) {
   const Experiment experiment = parsed(
       std::string(kLeast) + "[material]\nsize_exponent = 0.2\npreset = \"fontainebleau-ne34-literal\"\n");
@@ -212,9 +335,21 @@ TEST(ExperimentHash, every_field_that_can_change_a_result_changes_it) {
       [](Experiment& e) { e.material.grading_index_max_diameter *= 2; },
       [](Experiment& e) { e.material.grading_index_min_diameter *= 2; },
       [](Experiment& e) { e.material.fractal_dimension = 2.5; },
-      [](Experiment& e) { std::get<OedometricStage>(e.program[0]).axial_stress *= 2; },
+      [](Experiment& e) { std::get<OedometricStage>(e.program[0]).until.value *= 2; },
       [](Experiment& e) { std::get<CreepStage>(e.program[1]).duration *= 2; },
       [](Experiment& e) { std::get<CreepStage>(e.program[1]).axial_stress = 30e6; },
+      [](Experiment& e) { std::get<CreepStage>(e.program[1]).deviatoric_stress = 30e6; },
+      [](Experiment& e) { std::get<CreepStage>(e.program[1]).keep = Keep{}; },
+      [](Experiment& e) {
+        std::get<OedometricStage>(e.program[0]).until.measure = Target::Measure::kAxialStrain;
+      },
+      [](Experiment& e) { e.program[1] = RelaxationStage{60.0}; },
+      [](Experiment& e) {
+        e.start = Start{"ab12", ""};
+      },
+      [](Experiment& e) {
+        e.start = Start{"ab12", "7"};
+      },
       [](Experiment& e) { e.program.pop_back(); },
       [](Experiment& e) { e.program.push_back(CreepStage{.duration = 60.0, .axial_stress = {}}); },
       [](Experiment& e) { e.numerics.minimum_cycles = 1; },

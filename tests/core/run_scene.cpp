@@ -18,6 +18,23 @@ Experiment short_job() {
   return experiment;
 }
 
+Experiment triaxial_job() {
+  using Measure = Target::Measure;
+  Experiment experiment = short_job();
+  experiment.program = {
+      IsotropicStage{{1e6, Measure::kMeanStress}, Keep{}},
+      TriaxialStage{
+          {0.5e6, Measure::kDeviatoricStress}, {}, 2.0, Keep{kKeptStrainStep, Measure::kAxialStrain}},
+      CreepStage{3600.0, {}, {}, Keep{}},
+      RelaxationStage{3600.0, {}},
+      UnloadStage{{0.1e6, Measure::kDeviatoricStress}, Keep{0.1e6, Measure::kDeviatoricStress}},
+      TriaxialStage{{0.15, Measure::kAxialStrain}, {}, 2.0, {}},
+      CreepStage{60.0, {}, 0.3e6, {}},
+      UnloadStage{{0.5e6, Measure::kMeanStress}, Keep{}},
+  };
+  return experiment;
+}
+
 std::unique_ptr<Run> started(const Experiment& experiment, const RunOptions& options) {
   auto run = Run::start(experiment, options);
   CREEP_CHECK(run.ok(), "a run of the tests does not start");
@@ -31,6 +48,7 @@ void finish(Run& run, Trace& trace, std::int64_t budget) {
       EXPECT_EQ(record.sequence, trace.records.size()) << "a gap or a repeat";
       trace.records.push_back(encode(record));
     }
+    trace.kept.insert(trace.kept.end(), batch.kept.begin(), batch.kept.end());
     if (!batch.outcome) continue;
     trace.outcome = batch.outcome->reason;
     trace.digest = run.state_digest();

@@ -14,6 +14,11 @@ namespace creep::testing {
 /// Weak grains, loaded fast, with short dynamic stages: nothing physical, but every mechanism takes part.
 Experiment short_job();
 
+/// The same grains through every other stage: isotropic, triaxial, creep at a deviatoric stress, relaxation,
+/// unloading, reloading; with checkpoints kept on the way.
+Experiment triaxial_job();
+inline constexpr double kKeptStrainStep = 0.0005;
+
 /// A run that must start.
 std::unique_ptr<Run> started(const Experiment& experiment, const RunOptions& options = {});
 
@@ -22,6 +27,7 @@ struct Trace {
   std::vector<std::string> records;  ///< encoded, in sequence
   std::string digest;
   std::string outcome;
+  std::vector<KeptCheckpoint> kept;
 };
 
 /// Advances to the end, `budget` cycles at a time, appending to what `trace` has.

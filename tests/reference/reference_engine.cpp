@@ -241,6 +241,8 @@ void Engine::steer(const WallControl& control) {
       inward = layers > 0.0 ? error / (3.0 * std::sqrt(initial_mass_ * layers)) : sign(error) * cap;
       if (inward > cap) inward = cap;
       if (inward < -cap) inward = -cap;
+    } else if (control[axis].mode == AxisControl::Mode::kVelocity) {
+      inward = 0.5 * control[axis].closing_velocity;
     }
     low.velocity = inward;
     high.velocity = -inward;

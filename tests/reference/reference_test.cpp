@@ -81,6 +81,7 @@ struct Scene {
   const char* name;
   Material material;
   std::int64_t failure_check_interval = 1;
+  WallControl control = isotropic(20e6, 2.0);
 
   friend void PrintTo(const Scene& scene, std::ostream* out) { *out << scene.name; }
 };
@@ -101,6 +102,13 @@ std::vector<Scene> scenes() {
   all.back().material.limit_stress = 6e9;  // none fails at once
   all.back().material.crack_velocity = 1e4;
   all.back().material.corrosion_index = 10.0;
+  all.push_back({"triaxial", sand});
+  all.back().control = isotropic(2e6, 2.0);
+  all.back().control[2] = {AxisControl::Mode::kVelocity, 0.0, 4.0};
+  all.push_back({"relaxation_with_held_sides", sand});
+  all.back().material.limit_stress = 0.5e9;
+  all.back().control = isotropic(4e6, 2.0);
+  all.back().control[2] = {};
   return all;
 }
 
@@ -121,7 +129,7 @@ TEST_P(ReferenceEngine, crushes_like_the_product_bit_for_bit_for_1000_cycles) {
   dynamics.let_fail(true);
   const std::int64_t damping = specimen.energy.damping.low(), friction = specimen.energy.friction.low(),
                      tangential = specimen.energy.tangential_work.low();
-  const WallControl control = isotropic(20e6, 2.0);
+  const WallControl& control = GetParam().control;
   for (int cycle = 0; cycle < 1000; ++cycle) {
     run_cycles(specimen, experiment, dynamics, control, 1);
     engine.cycle(control);

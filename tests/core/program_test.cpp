@@ -1,0 +1,317 @@
+// The stages of a program, from isotropic loading to relaxation, and programs that start from a checkpoint.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "core/run/run.h"
+#include "tests/core/run_scene.h"
+
+namespace creep {
+namespace {
+
+using testing::finish;
+using testing::kKeptStrainStep;
+using testing::started;
+using testing::Trace;
+using testing::triaxial_job;
+using testing::whole_run;
+
+/// state_digest at the end of triaxial_job(), seed 1. It changes only in a commit of its own, which gives the
+/// physics reason.
+constexpr const char* kGoldenDigest = "a9b172b6fe110536954b20dace4819712064d1cabd33305c732455d4b723398b";
+
+const Trace& undisturbed() {
+  static const Trace trace = whole_run(triaxial_job());
+  return trace;
+}
+
+std::vector<Record> rows(const Trace& trace, RecordKind kind, double stage) {
+  std::vector<Record> found;
+  for (const std::string& bytes : trace.records) {
+    const auto record = decode(bytes);
+    if (record->kind != kind) continue;
+    if (record->values[column_index(kind, "stage")] == stage) found.push_back(*record);
+  }
+  return found;
+}
+
+double value(const Record& record, std::string_view column) {
+  return record.values[column_index(record.kind, column)];
+}
+
+double q(const Record& sample) { return value(sample, "deviatoric_stress_Pa"); }
+
+/// The sample at the end of a stage.
+Record end_of(double stage) { return rows(undisturbed(), RecordKind::kSample, stage).back(); }
+
+TEST(Program, isotropic_loading_ends_at_rest_with_the_stress_on_all_walls) {
+  ASSERT_EQ(undisturbed().outcome, "completed");
+  const Record end = end_of(0);
+  // settle_tolerance of the job
+  EXPECT_NEAR(value(end, "axial_stress_Pa"), 1e6, 0.02e6);
+  EXPECT_NEAR(value(end, "radial_stress_Pa"), 1e6, 0.02e6);
+  EXPECT_LT(value(end, "unbalanced_force_ratio"), 1e-2);
+  EXPECT_EQ(value(rows(undisturbed(), RecordKind::kStage, 0).back(), "settled"), 1.0);
+  EXPECT_GT(value(end, "volumetric_strain"), value(end, "axial_strain"));
+}
+
+TEST(Program, triaxial_loading_ends_as_it_passes_its_deviatoric_stress) {
+  EXPECT_GE(q(end_of(1)), 0.5e6);
+  for (const Record& sample : rows(undisturbed(), RecordKind::kSample, 1)) {
+    if (sample.sequence == end_of(1).sequence) break;
+    EXPECT_LT(q(sample), 0.5e6);
+  }
+}
+
+TEST(Program, creep_holds_the_deviatoric_stress_reached_and_relaxation_the_strain) {
+  for (const Record& end : rows(undisturbed(), RecordKind::kStage, 2)) {
+    EXPECT_NEAR(value(end, "axial_stress_end_Pa"), 1.5e6, 0.02 * 1.5e6);
+  }
+  EXPECT_NEAR(value(end_of(2), "radial_stress_Pa"), 1e6, 0.02e6);
+  EXPECT_GE(value(end_of(2), "creep_time_s"), 3600.0);
+  const std::vector<Record> relaxing = rows(undisturbed(), RecordKind::kSample, 3);
+  for (const Record& sample : relaxing) {
+    // The walls stop where the creep stage left them: the strain is that of its end, bit for bit.
+    EXPECT_EQ(value(sample, "axial_strain"), value(relaxing.front(), "axial_strain"));
+  }
+  EXPECT_GE(value(relaxing.back(), "creep_time_s"), 3600.0);
+  EXPECT_LE(value(relaxing.back(), "axial_stress_Pa"), value(end_of(2), "axial_stress_Pa"));
+}
+
+TEST(Program, unloading_goes_down_and_reloading_up_again) {
+  EXPECT_NEAR(q(end_of(4)), 0.1e6, 0.02 * 1.1e6 + 0.02e6);
+  EXPECT_LT(value(end_of(4), "unbalanced_force_ratio"), 1e-2);
+  EXPECT_GE(value(end_of(5), "axial_strain"), 0.15);
+  EXPECT_NEAR(value(end_of(6), "axial_stress_Pa"), 1.3e6, 0.02 * 1.3e6);
+  EXPECT_NEAR(value(end_of(7), "axial_stress_Pa"), 0.5e6, 0.01e6);
+  EXPECT_NEAR(value(end_of(7), "radial_stress_Pa"), 0.5e6, 0.01e6);
+}
+
+TEST(Program, the_golden_digest_holds_in_every_build) { EXPECT_EQ(undisturbed().digest, kGoldenDigest); }
+
+void expect_the_same(const Trace& trace, const std::string& what) {
+  EXPECT_EQ(trace.digest, undisturbed().digest) << what;
+  EXPECT_EQ(trace.outcome, undisturbed().outcome) << what;
+  ASSERT_EQ(trace.records.size(), undisturbed().records.size()) << what;
+  for (std::size_t k = 0; k < trace.records.size(); ++k) {
+    ASSERT_EQ(trace.records[k], undisturbed().records[k]) << what << ", record " << k;
+  }
+  ASSERT_EQ(trace.kept.size(), undisturbed().kept.size()) << what;
+  for (std::size_t k = 0; k < trace.kept.size(); ++k) {
+    EXPECT_EQ(trace.kept[k].name, undisturbed().kept[k].name);
+    EXPECT_TRUE(trace.kept[k].bytes == undisturbed().kept[k].bytes) << what << ", " << trace.kept[k].name;
+  }
+}
+
+TEST(Program, killed_and_resumed_in_every_stage_it_goes_on_as_if_nothing_had_happened) {
+  std::set<std::int64_t> killed_in;
+  const Experiment experiment = triaxial_job();
+  std::unique_ptr<creep::Run> run = started(experiment);
+  Trace trace;
+  for (bool done = false; !done;) {
+    const Batch batch = run->advance(1009);
+    for (const Record& record : batch.records) trace.records.push_back(encode(record));
+    trace.kept.insert(trace.kept.end(), batch.kept.begin(), batch.kept.end());
+    killed_in.insert(run->progress().stage_index);
+    done = batch.outcome.has_value();
+    if (done) {
+      trace.outcome = batch.outcome->reason;
+      trace.digest = run->state_digest();
+    } else {
+      auto resumed = creep::Run::resume(experiment, {}, run->checkpoint());
+      ASSERT_TRUE(resumed.ok()) << resumed.status();
+      run = *std::move(resumed);
+    }
+  }
+  expect_the_same(trace, "killed every 1009 cycles");
+  EXPECT_EQ(killed_in.size(), 9U) << "packing and eight stages";
+}
+
+TEST(Program, rebuilds_and_skin_do_not_change_a_bit) {
+  RunOptions options;
+  options.rebuild_every = 7;
+  Experiment experiment = triaxial_job();
+  experiment.numerics.skin = 3.0 * 0.01 * median_diameter(experiment.specimen.grading);
+  expect_the_same(whole_run(experiment, options), "rebuilt every 7 cycles with three times the skin");
+}
+
+const std::map<std::string, std::string>& kept() {
+  static const std::map<std::string, std::string> kAll = [] {
+    std::map<std::string, std::string> by_name;
+    for (const KeptCheckpoint& one : undisturbed().kept) by_name[one.name] = one.bytes;
+    return by_name;
+  }();
+  return kAll;
+}
+
+TEST(Program, checkpoints_are_kept_at_each_step_and_at_the_end) {
+  const auto& all = kept();
+  EXPECT_EQ(all.size(), undisturbed().kept.size()) << "two of one name";
+  EXPECT_TRUE(all.contains("01_isotropic_end"));
+  EXPECT_TRUE(all.contains("02_triaxial_end"));
+  EXPECT_TRUE(all.contains("03_creep_end"));
+  EXPECT_TRUE(all.contains("05_unload_end"));
+  EXPECT_TRUE(all.contains("08_unload_end"));
+  EXPECT_FALSE(all.contains("06_triaxial_end"));
+  const double first = value(end_of(0), "axial_strain"), last = value(end_of(1), "axial_strain");
+  int steps = 0;
+  for (const auto& [name, bytes] : all) {
+    const auto info = read_checkpoint_info(bytes);
+    ASSERT_TRUE(info.ok()) << info.status();
+    EXPECT_EQ(info->finished, name == "08_unload_end");
+    double strain = 0.0;
+    if (std::sscanf(name.c_str(), "02_triaxial_axial_strain_%lf", &strain) != 1) continue;
+    ++steps;
+    EXPECT_GT(strain, first);
+    EXPECT_LE(strain, last);
+    EXPECT_GE(info->axial_strain, strain);
+    EXPECT_LT(info->axial_strain, strain + kKeptStrainStep);
+  }
+  EXPECT_EQ(steps,
+            static_cast<int>(std::floor(last / kKeptStrainStep) - std::floor(first / kKeptStrainStep)));
+  EXPECT_GE(steps, 1);
+}
+
+TEST(Program, a_kept_checkpoint_continues_its_own_run_to_the_same_end) {
+  for (const auto& [name, bytes] : kept()) {
+    auto run = creep::Run::resume(triaxial_job(), {}, bytes);
+    if (read_checkpoint_info(bytes)->finished) {
+      EXPECT_TRUE(absl::IsInvalidArgument(run.status())) << "nothing is left to do";
+      continue;
+    }
+    ASSERT_TRUE(run.ok()) << name << ": " << run.status();
+    Trace trace;
+    const auto next = static_cast<std::ptrdiff_t>((*run)->next_sequence());
+    trace.records.assign(undisturbed().records.begin(), undisturbed().records.begin() + next);
+    finish(**run, trace);
+    EXPECT_EQ(trace.digest, undisturbed().digest) << name;
+    EXPECT_EQ(trace.records, undisturbed().records) << name;
+  }
+}
+
+/// Creep at a deviatoric stress of its own, from a checkpoint of triaxial_job().
+Experiment creep_from_checkpoint(double deviatoric_stress) {
+  Experiment experiment = triaxial_job();
+  experiment.start = Start{"the triaxial job", "02_triaxial_end"};
+  experiment.program = {CreepStage{3600.0, {}, deviatoric_stress, {}}};
+  return experiment;
+}
+
+Trace run_from(const Experiment& experiment, const std::string& checkpoint) {
+  auto run = creep::Run::start_from(experiment, {}, checkpoint);
+  EXPECT_TRUE(run.ok()) << run.status();
+  Trace trace;
+  if (run.ok()) finish(**run, trace);
+  return trace;
+}
+
+TEST(Start, one_sheared_specimen_serves_many_creep_tests) {
+  const std::string& sheared = kept().at("02_triaxial_end");
+  std::set<std::string> digests;
+  for (const double stress : {0.2e6, 0.5e6}) {
+    const Trace trace = run_from(creep_from_checkpoint(stress), sheared);
+    ASSERT_EQ(trace.outcome, "completed");
+    digests.insert(trace.digest);
+    const auto first = decode(trace.records.front());
+    EXPECT_EQ(first->sequence, 0U);
+    // What the specimen went through stays: strains and breakages count on.
+    EXPECT_EQ(value(*first, "axial_strain"), value(end_of(1), "axial_strain"));
+    EXPECT_EQ(value(*first, "broken_total"), value(end_of(1), "broken_total"));
+    const Record end = rows(trace, RecordKind::kStage, 0).back();
+    EXPECT_NEAR(value(end, "axial_stress_end_Pa"), 1e6 + stress, 0.02 * (1e6 + stress));
+  }
+  EXPECT_EQ(digests.size(), 2U);
+}
+
+TEST(Start, holding_on_from_the_end_of_a_stage_is_the_same_as_going_on_in_one_program) {
+  Experiment experiment = triaxial_job();
+  experiment.start = Start{"the triaxial job", "02_triaxial_end"};
+  experiment.program.erase(experiment.program.begin(), experiment.program.begin() + 2);
+  EXPECT_EQ(run_from(experiment, kept().at("02_triaxial_end")).digest, undisturbed().digest);
+}
+
+TEST(Start, a_started_run_is_resumed_like_any_other) {
+  const Experiment experiment = creep_from_checkpoint(0.4e6);
+  const std::string& sheared = kept().at("02_triaxial_end");
+  const Trace whole = run_from(experiment, sheared);
+  auto run = creep::Run::start_from(experiment, {}, sheared);
+  ASSERT_TRUE(run.ok());
+  EXPECT_EQ((*run)->state_digest(), read_checkpoint_info(sheared)->state_digest);
+  auto before_the_first_cycle = creep::Run::resume(experiment, {}, (*run)->checkpoint());
+  ASSERT_TRUE(before_the_first_cycle.ok()) << before_the_first_cycle.status();
+  Trace trace;
+  for (const Record& record : (*before_the_first_cycle)->advance(100).records)
+    trace.records.push_back(encode(record));
+  const std::string checkpoint = (*before_the_first_cycle)->checkpoint();
+  EXPECT_EQ(read_checkpoint_info(checkpoint)->start_digest, read_checkpoint_info(sheared)->state_digest);
+  auto resumed = creep::Run::resume(experiment, {}, checkpoint);
+  ASSERT_TRUE(resumed.ok()) << resumed.status();
+  finish(**resumed, trace);
+  EXPECT_EQ(trace.records, whole.records);
+  EXPECT_EQ(trace.digest, whole.digest);
+}
+
+TEST(Start, another_specimen_is_refused) {
+  const std::string& sheared = kept().at("02_triaxial_end");
+  const std::vector<void (*)(Experiment&)> changes = {
+      [](Experiment& e) { e.specimen.seed = 2; },
+      [](Experiment& e) { e.specimen.void_ratio += 0.01; },
+      [](Experiment& e) { e.material.density += 1.0; },
+      [](Experiment& e) { e.material.limit_stress *= 1.01; },
+      [](Experiment& e) { e.material.comminution_limit *= 1.01; },
+      [](Experiment& e) { e.numerics.inertia_scaling = InertiaScaling::kAll; },
+  };
+  for (std::size_t k = 0; k < changes.size(); ++k) {
+    Experiment experiment = creep_from_checkpoint(0.4e6);
+    changes[k](experiment);
+    EXPECT_TRUE(absl::IsInvalidArgument(creep::Run::start_from(experiment, {}, sheared).status())) << k;
+  }
+  Experiment wetter = creep_from_checkpoint(0.4e6);
+  wetter.material.crack_velocity *= 2.0;
+  wetter.numerics.minimum_cycles = 300;
+  EXPECT_TRUE(creep::Run::start_from(wetter, {}, sheared).ok());
+  const std::string packing = started(triaxial_job())->checkpoint();
+  EXPECT_TRUE(absl::IsInvalidArgument(creep::Run::start_from(wetter, {}, packing).status()))
+      << "still packing";
+  EXPECT_TRUE(absl::IsInvalidArgument(creep::Run::start(wetter, {}).status())) << "without its checkpoint";
+}
+
+TEST(Program, a_specimen_that_flows_under_its_load_has_failed_in_creep) {
+  Experiment experiment = triaxial_job();
+  experiment.start = Start{"the triaxial job", ""};
+  experiment.program = {CreepStage{3600.0, {}, 8e6, {}}};
+  experiment.material.crack_velocity = 0.0;
+  const Trace trace = run_from(experiment, kept().at("02_triaxial_end"));
+  EXPECT_TRUE(trace.outcome.starts_with("creep failure")) << trace.outcome;
+}
+
+TEST(Program, without_crushing_nothing_breaks_and_the_age_passes_in_one_jump) {
+  Experiment experiment = triaxial_job();
+  experiment.material.comminution_limit = std::numeric_limits<double>::infinity();
+  experiment.program = {IsotropicStage{{3e6, Target::Measure::kMeanStress}, {}},
+                        CreepStage{86400.0, {}, {}, {}}};
+  const Trace trace = whole_run(experiment);
+  EXPECT_EQ(trace.outcome, "completed");
+  const std::vector<Record> stages = rows(trace, RecordKind::kStage, 1);
+  EXPECT_EQ(stages.size(), 2U) << "the initial stage and the closing one";
+  EXPECT_EQ(value(rows(trace, RecordKind::kSample, 1).back(), "broken_total"), 0.0);
+}
+
+TEST(Record, samples_of_earlier_versions_are_completed_with_mean_and_deviatoric_stress) {
+  Record record{RecordKind::kSample, 5, std::vector<double>(columns(RecordKind::kSample).size(), 1.0)};
+  record.values[column_index(RecordKind::kSample, "axial_stress_Pa")] = 4e6;
+  record.values[column_index(RecordKind::kSample, "radial_stress_Pa")] = 1e6;
+  record.values.resize(record.values.size() - 2);
+  const auto read = decode(encode(record));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(value(*read, "mean_stress_Pa"), 2e6);
+  EXPECT_EQ(value(*read, "deviatoric_stress_Pa"), 3e6);
+  record.values.pop_back();
+  EXPECT_FALSE(decode(encode(record)).ok());
+}
+
+}  // namespace
+}  // namespace creep
