@@ -96,14 +96,18 @@ absl::Status begin_run_folder(const std::filesystem::path& folder, std::string_v
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return cannot("make", folder, error.value());
-  if (auto written = write_durably(folder / kTemporaryJobFile, job_text); !written.ok()) {
-    ::unlink((folder / kTemporaryJobFile).c_str());
+  return write_by_rename(folder / kJobFile, job_text);
+}
+
+absl::Status write_by_rename(const std::filesystem::path& path, std::string_view bytes) {
+  std::filesystem::path temporary = path;
+  temporary += ".tmp";
+  if (auto written = write_durably(temporary, bytes); !written.ok()) {
+    ::unlink(temporary.c_str());
     return written;
   }
-  if (::rename((folder / kTemporaryJobFile).c_str(), (folder / kJobFile).c_str()) != 0) {
-    return cannot("write", folder / kJobFile, errno);
-  }
-  return sync_folder(folder);
+  if (::rename(temporary.c_str(), path.c_str()) != 0) return cannot("write", path, errno);
+  return sync_folder(path.parent_path());
 }
 
 bool is_worker_at(const std::filesystem::path& folder) {

@@ -23,6 +23,9 @@ absl::StatusOr<RunFolderState> look_at_run_folder(const std::filesystem::path& f
 /// Makes the folder and stores the job file in it, durably and whole or not at all. Error: Unavailable.
 absl::Status begin_run_folder(const std::filesystem::path& folder, std::string_view job_text);
 
+/// Writes a file durably, whole or not at all. Error: Unavailable.
+absl::Status write_by_rename(const std::filesystem::path& path, std::string_view bytes);
+
 /// Whether a worker holds the lease of the folder now.
 bool is_worker_at(const std::filesystem::path& folder);
 

@@ -28,9 +28,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kKept = "keep.";
+
 bool is_given_out(std::string_view folder, std::string_view name) {
   if (name.ends_with(".tmp")) return false;
-  if (folder == "checkpoints") return name.starts_with("ck.") || name.starts_with("bad.");
+  if (folder == "checkpoints") {
+    return name.starts_with("ck.") || name.starts_with("bad.") || name.starts_with(kKept) || name == "start";
+  }
   if (folder == "snapshots") return name.ends_with(".vtp") || name.ends_with(".pvd");
   constexpr std::array kFiles = {"job.toml",     "samples.log",   "samples.csv",   "stages.csv",
                                  "gsd.csv",      "breakages.csv", "progress.json", "stage_timings.csv",
@@ -59,34 +63,25 @@ absl::Status checkpoint_damaged(std::string_view why) {
   return refuse(absl::StatusCode::kDataLoss, why, {"CHECKPOINT_DAMAGED", {}, {}, {}});
 }
 
-struct Chosen {
-  std::uint64_t generation = 0;
-  std::string bytes;
-  creep::CheckpointInfo info;
-};
+absl::StatusOr<ChosenCheckpoint> read_checkpoint(const fs::path& path, CheckpointChoice choice) {
+  auto bytes = read_file(path);
+  if (!bytes.ok()) return bytes.status();
+  auto info = creep::read_checkpoint_info(*bytes);
+  if (info.ok()) return ChosenCheckpoint{std::move(choice), *std::move(bytes), *std::move(info)};
+  return checkpoint_damaged(absl::StrCat("checkpoint ", path.filename().string(),
+                                         " is damaged: ", std::string(info.status().message())));
+}
 
-absl::StatusOr<Chosen> choose_checkpoint(const fs::path& folder, std::uint64_t generation) {
-  auto generations = numbered_files(folder, "ck");
-  if (!generations.ok() && !absl::IsNotFound(generations.status())) return generations.status();
-  const std::vector<std::uint64_t> all = generations.ok() ? *generations : std::vector<std::uint64_t>();
-  const bool there =
-      generation == 0 ? !all.empty() : std::find(all.begin(), all.end(), generation) != all.end();
-  if (!there) {
-    return refuse(absl::StatusCode::kNotFound,
-                  generation == 0 ? "the job has no checkpoint yet"
-                                  : absl::StrCat("the job has no checkpoint ", generation),
-                  {"CHECKPOINT_NOT_FOUND", {{"generations", absl::StrJoin(all, ",")}}, {}, {}});
+absl::StatusOr<ChosenCheckpoint> choose_kept(const fs::path& folder, const std::string& name) {
+  std::vector<std::string> names;
+  for (const Artifact& artifact : list_artifacts(folder)) {
+    const std::string prefix = absl::StrCat("checkpoints/", std::string(kKept));
+    if (!artifact.name.starts_with(prefix)) continue;
+    names.push_back(artifact.name.substr(prefix.size()));
+    if (names.back() == name) return read_checkpoint(folder / artifact.name, {0, name});
   }
-  std::string why;
-  for (auto candidate = all.rbegin(); candidate != all.rend(); ++candidate) {
-    if (generation != 0 && *candidate != generation) continue;
-    auto bytes = read_file(folder / absl::StrCat("ck.", *candidate));
-    if (!bytes.ok()) return bytes.status();
-    auto info = creep::read_checkpoint_info(*bytes);
-    if (info.ok()) return Chosen{*candidate, *std::move(bytes), *std::move(info)};
-    why = absl::StrCat("checkpoint ", *candidate, " is damaged: ", std::string(info.status().message()));
-  }
-  return checkpoint_damaged(why);
+  return refuse(absl::StatusCode::kNotFound, "the job keeps no checkpoint of this name",
+                {"CHECKPOINT_NOT_FOUND", {{"kept", absl::StrJoin(names, ",")}}, {}, {}});
 }
 
 /// The bytes of the log up to the record that the checkpoint goes on with.
@@ -219,28 +214,51 @@ std::uint64_t needed_bytes(const fs::path& folder) {
   return error ? kLeast : std::max<std::uint64_t>(kLeast, 3 * size);
 }
 
-absl::StatusOr<std::uint64_t> fork_into(const fs::path& source, const fs::path& target,
-                                        std::uint64_t generation, std::string_view experiment_hash) {
-  const JobDirectory from(source);
-  const JobDirectory to(target);
-  auto chosen = choose_checkpoint(from.checkpoints(), generation);
-  if (!chosen.ok()) return chosen.status();
-  if (chosen->info.experiment_hash != experiment_hash) {
-    return refuse(
-        absl::StatusCode::kFailedPrecondition,
-        "the job file given is of another experiment: a checkpoint continues only its own (name, [output] "
-        "and numerics.skin may differ)",
-        {"OTHER_EXPERIMENT", {}, {}, {}});
+absl::StatusOr<ChosenCheckpoint> choose_checkpoint(const fs::path& folder, const CheckpointChoice& choice) {
+  if (!choice.kept.empty()) return choose_kept(folder, choice.kept);
+  const fs::path checkpoints = JobDirectory(folder).checkpoints();
+  auto generations = numbered_files(checkpoints, "ck");
+  if (!generations.ok() && !absl::IsNotFound(generations.status())) return generations.status();
+  const std::vector<std::uint64_t> all = generations.ok() ? *generations : std::vector<std::uint64_t>();
+  const std::uint64_t generation = choice.generation;
+  const bool there =
+      generation == 0 ? !all.empty() : std::find(all.begin(), all.end(), generation) != all.end();
+  if (!there) {
+    return refuse(absl::StatusCode::kNotFound,
+                  generation == 0 ? "the job has no checkpoint yet"
+                                  : absl::StrCat("the job has no checkpoint ", generation),
+                  {"CHECKPOINT_NOT_FOUND", {{"generations", absl::StrJoin(all, ",")}}, {}, {}});
   }
-  const auto records = records_before(from.sample_log(), chosen->info.next_sequence);
+  absl::Status trouble;
+  for (auto candidate = all.rbegin(); candidate != all.rend(); ++candidate) {
+    if (generation != 0 && *candidate != generation) continue;
+    auto chosen = read_checkpoint(checkpoints / absl::StrCat("ck.", *candidate), {*candidate, ""});
+    if (chosen.ok() || !absl::IsDataLoss(chosen.status())) return chosen;
+    trouble = chosen.status();
+  }
+  return trouble;
+}
+
+absl::Status continue_from(const fs::path& source, const ChosenCheckpoint& checkpoint,
+                           const fs::path& target) {
+  const JobDirectory to(target);
+  const auto records = records_before(JobDirectory(source).sample_log(), checkpoint.info.next_sequence);
   if (!records.ok()) return records.status();
   if (auto status = write_durably(to.sample_log(), *records); !status.ok()) return status;
   if (::mkdir(to.checkpoints().c_str(), 0755) != 0) {
     return errno_status(absl::StrCat("mkdir ", to.checkpoints().string()), errno);
   }
-  if (auto status = write_durably(to.checkpoints() / "ck.1", chosen->bytes); !status.ok()) return status;
-  if (auto status = sync_directory(target); !status.ok()) return status;
-  return chosen->generation;
+  if (auto status = write_durably(to.checkpoints() / "ck.1", checkpoint.bytes); !status.ok()) return status;
+  return sync_directory(target);
+}
+
+absl::Status start_from(const ChosenCheckpoint& checkpoint, const fs::path& target) {
+  const JobDirectory to(target);
+  if (::mkdir(to.checkpoints().c_str(), 0755) != 0) {
+    return errno_status(absl::StrCat("mkdir ", to.checkpoints().string()), errno);
+  }
+  if (auto status = write_durably(to.start_checkpoint(), checkpoint.bytes); !status.ok()) return status;
+  return sync_directory(target);
 }
 
 }  // namespace creepd

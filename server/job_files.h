@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/run/run.h"
 #include "server/worker/file_descriptor.h"
 
 namespace creepd {
@@ -61,11 +62,28 @@ std::uint64_t free_bytes(const std::filesystem::path& path);
 /// Room without which an attempt would soon fail again: a few checkpoints of this job [bytes].
 std::uint64_t needed_bytes(const std::filesystem::path& folder);
 
-/// Puts a checkpoint of another job, and the records before it, into a folder that has job.toml already.
-/// `generation` 0 = the newest good one; the one taken is returned. Errors: NotFound CHECKPOINT_NOT_FOUND,
-/// DataLoss CHECKPOINT_DAMAGED, FailedPrecondition OTHER_EXPERIMENT, or of the file system.
-absl::StatusOr<std::uint64_t> fork_into(const std::filesystem::path& source,
-                                        const std::filesystem::path& target, std::uint64_t generation,
-                                        std::string_view experiment_hash);
+/// A checkpoint of a job: by the name under which its program kept it, else by its generation, else the
+/// newest good generation.
+struct CheckpointChoice {
+  std::uint64_t generation = 0;
+  std::string kept;
+};
+struct ChosenCheckpoint {
+  CheckpointChoice choice;  ///< the generation that was taken
+  std::string bytes;
+  creep::CheckpointInfo info;
+};
+/// `kept` is compared with the names there, and never becomes a path itself. Errors: NotFound
+/// CHECKPOINT_NOT_FOUND, DataLoss CHECKPOINT_DAMAGED, or of the file system.
+absl::StatusOr<ChosenCheckpoint> choose_checkpoint(const std::filesystem::path& folder,
+                                                   const CheckpointChoice& choice);
+
+/// Puts a checkpoint of another job, and the records before it, into a folder that has job.toml already: the
+/// same experiment goes on there. Errors: DataLoss CHECKPOINT_DAMAGED, or of the file system.
+absl::Status continue_from(const std::filesystem::path& source, const ChosenCheckpoint& checkpoint,
+                           const std::filesystem::path& target);
+
+/// Puts a checkpoint into a folder that has job.toml already: another program starts from it there.
+absl::Status start_from(const ChosenCheckpoint& checkpoint, const std::filesystem::path& target);
 
 }  // namespace creepd

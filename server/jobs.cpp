@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <system_error>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/arithmetic/digest.h"
+#include "core/experiment/job_text.h"
+#include "core/run/run.h"
 #include "server/refusal.h"
 #include "server/spec_check.h"
 
@@ -71,12 +74,58 @@ absl::Status check_fields(const Submission& submission) {
   return violations.empty() ? absl::OkStatus() : bad_request(std::move(violations));
 }
 
-RequestKey key_of(const Submission& submission, const std::string& source, std::uint64_t generation) {
-  std::string content = absl::StrCat(source, "\n", generation, "\n", submission.priority, "\n");
+RequestKey key_of(const Submission& submission, const std::string& source, const CheckpointChoice& choice) {
+  std::string content = absl::StrCat(source, "\n", choice.generation, "\n", submission.priority, "\n");
+  if (!choice.kept.empty()) absl::StrAppend(&content, choice.kept.size(), " ", choice.kept, "\n");
+  for (const auto& [key, value] : submission.overrides)
+    absl::StrAppend(&content, key.size(), " ", key, " ", value.size(), " ", value, "\n");
   for (const auto& [key, value] : submission.labels)
     absl::StrAppend(&content, key, " ", value.size(), " ", value, "\n");
   content += submission.spec;
   return {submission.request_id, creep::sha256_hex(content)};
+}
+
+/// The choice that `checkpoint` of [start] makes.
+CheckpointChoice choice_of(const std::string& checkpoint) {
+  CheckpointChoice choice;
+  const char* const end = checkpoint.data() + checkpoint.size();
+  const auto [stop, error] = std::from_chars(checkpoint.data(), end, choice.generation);
+  if (error == std::errc() && stop == end) return choice;
+  return {0, checkpoint};
+}
+
+std::string name_of(const CheckpointChoice& choice) {
+  return choice.kept.empty() ? absl::StrCat(choice.generation) : choice.kept;
+}
+
+std::string quoted(const std::string& text) { return absl::StrCat("\"", text, "\""); }
+
+/// The job file of a derived job: that of its parent or its own, which takes over the sections that it leaves
+/// out; then what is overridden.
+absl::StatusOr<std::string> whole_spec(const Submission& submission, const std::string& parent) {
+  const auto wrong = [](const std::string& field, const absl::Status& status) {
+    const std::string message(status.message());
+    return refuse(absl::StatusCode::kInvalidArgument, message, {"BAD_REQUEST", {}, {{field, message}}, {}});
+  };
+  std::string spec = parent;
+  if (!submission.spec.empty()) {
+    auto whole = creep::with_sections_of(submission.spec, parent);
+    if (!whole.ok()) return wrong("spec", whole.status());
+    spec = *std::move(whole);
+  }
+  for (const auto& change : submission.overrides) {
+    auto changed = creep::with_overrides(spec, {change});
+    if (!changed.ok()) return wrong(absl::StrCat("overrides[", change.first, "]"), changed.status());
+    spec = *std::move(changed);
+  }
+  return spec;
+}
+
+absl::Status can_start(const ChosenCheckpoint& checkpoint, const std::string& specimen_hash) {
+  const absl::Status can = creep::can_start_from(checkpoint.info, specimen_hash);
+  if (can.ok()) return can;
+  return refuse(absl::StatusCode::kFailedPrecondition, std::string(can.message()),
+                {"OTHER_SPECIMEN", {}, {}, {}});
 }
 
 absl::Status wrong_state(const Job& job, std::string_view wish) {
@@ -94,6 +143,12 @@ Jobs::Jobs(std::filesystem::path jobs, JobLimits limits, JobStore& store, Sample
     : jobs_(std::move(jobs)), limits_(limits), store_(store), samples_(samples), wake_(std::move(wake)) {}
 
 absl::StatusOr<Job> Jobs::check(const Caller& caller, const Submission& submission) const {
+  auto checked = check_all(caller, submission);
+  if (!checked.ok()) return checked.status();
+  return std::move(checked->job);
+}
+
+absl::StatusOr<Jobs::Checked> Jobs::check_all(const Caller& caller, const Submission& submission) const {
   if (auto status = check_fields(submission); !status.ok()) return status;
   auto checked = check_spec(submission.spec);
   if (!checked.ok()) return checked.status();
@@ -107,7 +162,7 @@ absl::StatusOr<Job> Jobs::check(const Caller& caller, const Submission& submissi
   job.experiment_hash = checked->experiment_hash;
   job.memory_estimate = checked->memory_estimate;
   job.submitted = now();
-  return job;
+  return Checked{std::move(job), checked->specimen_hash, checked->start};
 }
 
 absl::Status Jobs::check_room(std::uint64_t memory) const {
@@ -136,48 +191,81 @@ absl::StatusOr<JobStore::Inserted> Jobs::insert(Job job, const RequestKey& key,
 }
 
 absl::StatusOr<JobStore::Inserted> Jobs::submit(const Caller& caller, const Submission& submission) {
-  const RequestKey key = key_of(submission, "", 0);
+  const RequestKey key = key_of(submission, "", {});
   if (auto earlier = store_.find_request(caller.owner, key); !earlier.ok() || *earlier) {
     if (!earlier.ok()) return earlier.status();
     return JobStore::Inserted{**std::move(earlier), true};
   }
-  auto job = check(caller, submission);
-  if (!job.ok()) return job.status();
-  if (auto status = check_room(job->memory_estimate); !status.ok()) return status;
-  job->id = new_id();
+  auto checked = check_all(caller, submission);
+  if (!checked.ok()) return checked.status();
+  if (checked->start) {
+    return derive(caller, checked->start->job, choice_of(checked->start->checkpoint), submission, key);
+  }
+  Job& job = checked->job;
+  if (auto status = check_room(job.memory_estimate); !status.ok()) return status;
+  job.id = new_id();
   // The folder first; without a row it is removed at the next start of the daemon.
-  if (auto status = make_job_folder(folder(job->id), submission.spec); !status.ok()) return status;
-  const std::filesystem::path made = folder(job->id);
-  return insert(*std::move(job), key, made);
+  const std::filesystem::path made = folder(job.id);
+  if (auto status = make_job_folder(made, submission.spec); !status.ok()) return status;
+  return insert(std::move(job), key, made);
 }
 
 absl::StatusOr<JobStore::Inserted> Jobs::fork(const Caller& caller, const std::string& source,
-                                              std::uint64_t generation, Submission submission) {
-  const auto parent = get(caller, source);
-  if (!parent.ok()) return parent.status();
-  const RequestKey key = key_of(submission, source, generation);
+                                              const CheckpointChoice& choice, Submission submission) {
+  if (auto parent = get(caller, source); !parent.ok()) return parent.status();
+  const RequestKey key = key_of(submission, source, choice);
   if (auto earlier = store_.find_request(caller.owner, key); !earlier.ok() || *earlier) {
     if (!earlier.ok()) return earlier.status();
     return JobStore::Inserted{**std::move(earlier), true};
   }
-  if (submission.spec.empty()) submission.spec = parent->spec;
-  auto job = check(caller, submission);
-  if (!job.ok()) return job.status();
-  if (auto status = check_room(job->memory_estimate); !status.ok()) return status;
-  job->id = new_id();
-  const std::filesystem::path made = folder(job->id);
+  return derive(caller, source, choice, std::move(submission), key);
+}
+
+absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std::string& source,
+                                                const CheckpointChoice& choice, Submission submission,
+                                                const RequestKey& key) {
+  const auto parent = get(caller, source);
+  if (!parent.ok()) return parent.status();
+  const auto checkpoint = choose_checkpoint(folder(source), choice);
+  if (!checkpoint.ok()) return checkpoint.status();
+  auto spec = whole_spec(submission, parent->spec);
+  if (!spec.ok()) return spec.status();
+  submission.spec = *std::move(spec);
+  auto checked = check_all(caller, submission);
+  if (!checked.ok()) return checked.status();
+  const bool goes_on = checked->job.experiment_hash == checkpoint->info.experiment_hash;
+  if (!goes_on) {
+    if (auto status = can_start(*checkpoint, checked->specimen_hash); !status.ok()) return status;
+    auto started = creep::with_overrides(
+        submission.spec,
+        {{"start.job", quoted(source)}, {"start.checkpoint", quoted(name_of(checkpoint->choice))}});
+    if (!started.ok()) return started.status();
+    submission.spec = *std::move(started);
+    checked = check_all(caller, submission);
+    if (!checked.ok()) return checked.status();
+  } else if (checkpoint->info.finished) {
+    return refuse(absl::StatusCode::kFailedPrecondition,
+                  "the program of this checkpoint is carried out: give the new job another one",
+                  {"NOTHING_LEFT", {}, {}, {}});
+  }
+  Job& job = checked->job;
+  if (auto status = check_room(job.memory_estimate); !status.ok()) return status;
+  job.id = new_id();
+  job.parent = source;
+  job.parent_generation = checkpoint->choice.generation;
+  const std::filesystem::path made = folder(job.id);
   if (auto status = make_job_folder(made, submission.spec); !status.ok()) return status;
   // What is taken over exists nowhere else: durable before the row.
-  if (auto status = secure_job_folder(made, submission.spec); !status.ok()) return status;
-  const auto taken = fork_into(folder(source), made, generation, job->experiment_hash);
+  absl::Status taken = secure_job_folder(made, submission.spec);
+  if (taken.ok()) {
+    taken = goes_on ? continue_from(folder(source), *checkpoint, made) : start_from(*checkpoint, made);
+  }
   if (!taken.ok()) {
     std::error_code ignored;
     std::filesystem::remove_all(made, ignored);
-    return taken.status();
+    return taken;
   }
-  job->parent = source;
-  job->parent_generation = *taken;
-  return insert(*std::move(job), key, made);
+  return insert(std::move(job), key, made);
 }
 
 absl::StatusOr<Job> Jobs::get(const Caller& caller, const std::string& id) {

@@ -28,6 +28,8 @@ struct Submission {
   std::string request_id;
   std::map<std::string, std::string> labels;
   std::int32_t priority = 0;
+  std::map<std::string, std::string> overrides =
+      {};  ///< of a fork: keys of the job file, in order of the key
 };
 
 struct JobLimits {
@@ -46,7 +48,7 @@ class Jobs {
   absl::StatusOr<Job> check(const Caller& caller, const Submission& submission) const;
   absl::StatusOr<JobStore::Inserted> submit(const Caller& caller, const Submission& submission);
   absl::StatusOr<JobStore::Inserted> fork(const Caller& caller, const std::string& source,
-                                          std::uint64_t generation, Submission submission);
+                                          const CheckpointChoice& choice, Submission submission);
   absl::StatusOr<Job> get(const Caller& caller, const std::string& id);
   absl::StatusOr<Job> pause(const Caller& caller, const std::string& id);
   absl::StatusOr<Job> resume(const Caller& caller, const std::string& id);
@@ -57,6 +59,16 @@ class Jobs {
   const JobLimits& limits() const { return limits_; }
 
  private:
+  struct Checked {
+    Job job;
+    std::string specimen_hash;
+    std::optional<creep::Start> start;
+  };
+  absl::StatusOr<Checked> check_all(const Caller& caller, const Submission& submission) const;
+  /// A new job from a checkpoint of `source`: its own experiment goes on, or another starts.
+  absl::StatusOr<JobStore::Inserted> derive(const Caller& caller, const std::string& source,
+                                            const CheckpointChoice& choice, Submission submission,
+                                            const RequestKey& key);
   absl::Status check_room(std::uint64_t memory) const;
   absl::StatusOr<JobStore::Inserted> insert(Job job, const RequestKey& key,
                                             const std::filesystem::path& folder);

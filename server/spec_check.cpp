@@ -61,6 +61,8 @@ absl::StatusOr<CheckedSpec> check_spec(std::string_view text) {
   CheckedSpec checked;
   checked.name = parsed.experiment->name;
   checked.experiment_hash = creep::experiment_hash(*parsed.experiment);
+  checked.specimen_hash = creep::specimen_hash(*parsed.experiment);
+  checked.start = parsed.experiment->start;
   checked.memory_estimate = memory_for(particles);
   for (const creep::Diagnostic& warning : parsed.warnings) {
     checked.warnings.push_back(absl::StrCat(warning.line, ":", warning.column, ": ", warning.message));

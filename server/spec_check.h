@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/experiment/experiment.h"
 
 namespace creepd {
 
@@ -16,6 +18,8 @@ inline constexpr std::int64_t kMostParticles = 2'000'000;
 struct CheckedSpec {
   std::string name;
   std::string experiment_hash;
+  std::string specimen_hash;
+  std::optional<creep::Start> start;  ///< the job starts from another's checkpoint
   std::vector<std::string> warnings;  ///< "LINE:COLUMN: message"
   std::uint64_t memory_estimate = 0;  ///< of the worker, fragments included [bytes]
 };

@@ -1,5 +1,6 @@
 #include "client/commands/fork.h"
 
+#include <charconv>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -16,7 +17,8 @@ namespace {
 struct Options {
   ServerOptions server;
   std::string id;
-  std::uint64_t checkpoint = 0;
+  std::string checkpoint;
+  std::vector<std::string> changes;
   std::string job;
   std::vector<std::string> labels;
   int priority = 0;
@@ -33,7 +35,22 @@ int fork(const Options& options) {
     if (!job.experiment) return kInvalidInput;
     request.set_spec(job.text);
   }
-  request.set_generation(options.checkpoint);
+  std::uint64_t generation = 0;
+  const char* const end = options.checkpoint.data() + options.checkpoint.size();
+  const auto number = std::from_chars(options.checkpoint.data(), end, generation);
+  if (number.ec == std::errc() && number.ptr == end) {
+    request.set_generation(generation);
+  } else {
+    request.set_checkpoint(options.checkpoint);
+  }
+  for (const std::string& change : options.changes) {
+    const std::size_t equals = change.find('=');
+    if (equals == std::string::npos) {
+      std::fprintf(stderr, "creepctl: --set takes KEY=VALUE, not %s\n", change.c_str());
+      return kUsage;
+    }
+    (*request.mutable_overrides())[change.substr(0, equals)] = change.substr(equals + 1);
+  }
   request.set_priority(options.priority);
   request.set_request_id(options.request_id.empty() ? new_request_id() : options.request_id);
   return with_connection(options.server, [&](Connection& connection) {
@@ -64,7 +81,14 @@ void add_fork(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   command->add_option("ID", options->id, "The job to begin from, or the beginning of its id")->required();
   command->add_option("--checkpoint", options->checkpoint,
-                      "N of checkpoints/ck.N (default: the newest good one)");
+                      "N of checkpoints/ck.N, or the name of a kept one, like 02_triaxial_end (default: the "
+                      "newest good ck.N)");
+  command
+      ->add_option("--set", options->changes,
+                   "KEY=VALUE of the job file, like program.0.duration=\"2 d\"; can be given again")
+      ->expected(1)
+      ->take_all()
+      ->type_name("KEY=VALUE");
   command->add_option("--job", options->job, "A job file instead of the source's");
   command->add_option("--label", options->labels, "KEY=VALUE to find it by; can be given again")
       ->expected(1)
@@ -78,8 +102,12 @@ void add_fork(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json, "Print the new job as JSON");
   add_server_options(*command, options->server);
   command->footer(
-      "Prints the id of the new job, alone, on stdout. A job file given must not change the experiment.\n\n"
-      "Example:\n  creepctl fork 3f2a --checkpoint 12");
+      "Prints the id of the new job, alone, on stdout. Without changes the job goes on from the checkpoint, "
+      "its\n"
+      "records with it; with --set or --job another program starts with the specimen as it stands there.\n\n"
+      "Example:\n"
+      "  creepctl fork 3f2a --checkpoint 02_triaxial_end \\\n"
+      "    --set 'program=[{ stage = \"creep\", q_ratio = 0.4, q_max = \"22.6 MPa\", duration = \"1 d\" }]'");
   command->callback([options, &exit_code] { exit_code = fork(*options); });
 }
 

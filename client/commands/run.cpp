@@ -14,6 +14,7 @@
 #include "client/progress_display.h"
 #include "client/run_folder.h"
 #include "client/run_progress.h"
+#include "client/start_checkpoint.h"
 #include "client/terminal.h"
 #include "client/worker_process.h"
 
@@ -159,10 +160,26 @@ int compute(const Options& options, const creep::Experiment& experiment) {
   return exit_code;
 }
 
+/// The job file is the one in the folder of the run itself, with the checkpoint it starts from beside it.
+bool has_its_start(const std::filesystem::path& folder, const JobFile& job) {
+  std::error_code error;
+  return read_text(folder / "job.toml") == job.text &&
+         std::filesystem::is_regular_file(folder / "checkpoints" / "start", error);
+}
+
 int run(const Options& options) {
-  const JobFile job = read_job_file(options.job);
+  JobFile job = read_job_file(options.job);
   print_diagnostics(job);
   if (!job.experiment) return kInvalidInput;
+  std::string start;
+  if (job.experiment->start && !has_its_start(options.out, job)) {
+    auto taken = take_start(job);
+    if (!taken.ok()) {
+      complain(std::string(taken.status().message()));
+      return kInvalidInput;
+    }
+    start = *std::move(taken);
+  }
   const auto state = look_at_run_folder(options.out, job.text, options.job);
   if (!state.ok()) {
     complain(std::string(state.status().message()));
@@ -184,6 +201,12 @@ int run(const Options& options) {
     }
   } else {
     std::fprintf(stderr, "continuing the run in %s\n", options.out.c_str());
+  }
+  if (!start.empty()) {
+    if (auto written = write_start(options.out, start); !written.ok()) {
+      complain(std::string(written.message()));
+      return kIoError;
+    }
   }
   return compute(options, *job.experiment);
 }

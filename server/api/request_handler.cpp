@@ -81,7 +81,13 @@ absl::Status RequestHandler::submit(const Caller& caller, const v1::SubmitJobReq
 
 absl::Status RequestHandler::fork(const Caller& caller, const v1::ForkJobRequest& request,
                                   v1::SubmitJobResponse& response) {
-  const auto inserted = jobs_.fork(caller, request.job(), request.generation(), submission_of(request));
+  if (request.generation() != 0 && !request.checkpoint().empty()) {
+    return bad_request({{"checkpoint", "give either checkpoint or generation, not both"}});
+  }
+  Submission submission = submission_of(request);
+  submission.overrides = {request.overrides().begin(), request.overrides().end()};
+  const auto inserted =
+      jobs_.fork(caller, request.job(), {request.generation(), request.checkpoint()}, std::move(submission));
   if (!inserted.ok()) return inserted.status();
   response.set_already_existed(inserted->already_existed);
   to_message(inserted->job, *response.mutable_job());

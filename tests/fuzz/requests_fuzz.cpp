@@ -297,7 +297,8 @@ class Daemon {
   }
   void check_answer(const Caller& caller, const v1::SubmitJobRequest& request,
                     const v1::SubmitJobResponse& response) {
-    CREEP_CHECK(response.job().spec() == request.spec(), "a job of another file");
+    const bool starts_from_another = !response.job().parent_job().empty();  // its spec is completed then
+    CREEP_CHECK(starts_from_another || response.job().spec() == request.spec(), "a job of another file");
     CREEP_CHECK(request.validate_only() == response.job().id().empty(), "made, or not, against the wish");
     if (request.validate_only()) return;
     note(caller, response);

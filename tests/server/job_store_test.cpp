@@ -150,7 +150,7 @@ TEST_F(JobsTest, TheJobOfSomebodyElseDoesNotExist) {
   const std::string id = submit({kSpec, "", {}, 0}).job.id;
   for (const absl::Status& status : {jobs_->get(kBob, id).status(), jobs_->pause(kBob, id).status(),
                                      jobs_->cancel(kBob, id, true).status(), jobs_->remove(kBob, id),
-                                     jobs_->fork(kBob, id, 0, {}).status()}) {
+                                     jobs_->fork(kBob, id, {}, {}).status()}) {
     EXPECT_TRUE(absl::IsNotFound(status));
     EXPECT_EQ(status.message(), jobs_->get(kBob, id).status().message())
         << "told apart from a job that is not there";
