@@ -1,8 +1,7 @@
 #include "server/attempt_ending.h"
 
-#include <signal.h>
-
 #include <algorithm>
+#include <csignal>
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
@@ -116,22 +115,9 @@ void conclude_io_error(Job& job, const AttemptEnd& end, Moment now) {
   }
 }
 
-}  // namespace
-
-double back_off_seconds(int losses) {
-  return losses <= 0 ? 0.0 : std::min(60.0, static_cast<double>(1 << std::min(losses - 1, 6)));
-}
-
-void conclude(Job& job, const AttemptEnd& end, Moment now) {
-  if (end.checkpoint > job.checkpoint) {
-    job.faults = 0;
-    job.losses = 0;
-  }
-  job.checkpoint = std::max(job.checkpoint, end.checkpoint);
-  if (conclude_by_verdict(job, end)) {
-    // A run that ended while it was asked to stop has ended: there is nothing left to pause or cancel.
-  } else if (fulfil_request(job)) {
-  } else if (end.exit_code == kIoError) {
+/// Nobody asked for this ending: it counts as a fault, or the job waits for its turn or for room.
+void conclude_unasked(Job& job, const AttemptEnd& end, Moment now) {
+  if (end.exit_code == kIoError) {
     conclude_io_error(job, end, now);
   } else if (end.daemon_stopped && (end.exit_code == kCheckpointed || no_fault_of_worker(end))) {
     job.attempts = std::max(0, job.attempts - 1);
@@ -152,6 +138,22 @@ void conclude(Job& job, const AttemptEnd& end, Moment now) {
   } else {
     count_fault(job, end, StateReason::kWorkerCrashed, now);
   }
+}
+
+}  // namespace
+
+double back_off_seconds(int losses) {
+  return losses <= 0 ? 0.0 : std::min(60.0, static_cast<double>(1 << std::min(losses - 1, 6)));
+}
+
+void conclude(Job& job, const AttemptEnd& end, Moment now) {
+  if (end.checkpoint > job.checkpoint) {
+    job.faults = 0;
+    job.losses = 0;
+  }
+  job.checkpoint = std::max(job.checkpoint, end.checkpoint);
+  // A run that ended while it was asked to stop has ended: there is nothing left to pause or cancel.
+  if (!conclude_by_verdict(job, end) && !fulfil_request(job)) conclude_unasked(job, end, now);
   job.stop_now = false;
   if (job.state == JobState::kFailed) job.log_tail = end.log_tail;
   if (is_final(job.state)) job.ended = now;

@@ -34,7 +34,7 @@ constexpr double kLargestLoadingStrain = 0.5;   // axial, before loading is give
 constexpr double kVoidRatioTolerance = 0.002;
 constexpr const char* kPackingWord = "packing";
 
-Outcome guard(std::string reason, std::string advice) {
+Outcome guard(const std::string& reason, std::string advice) {
   return {Outcome::Kind::kGuardStop, absl::StrCat("guard ", reason), std::move(advice)};
 }
 

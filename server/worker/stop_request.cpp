@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "absl/strings/str_cat.h"
 #include "server/worker/durable_file.h"
 
 namespace creepd {
@@ -29,15 +30,16 @@ absl::StatusOr<StopRequest> StopRequest::listen(std::optional<int> parent_pipe) 
 }
 
 std::optional<std::string> StopRequest::poll() {
-  if (request_) return request_;
+  if (!request_.empty()) return request_;
   signalfd_siginfo signal{};
   if (::read(signals_.get(), &signal, sizeof signal) == sizeof signal) {
-    request_ = "SIG" + std::string(::sigabbrev_np(static_cast<int>(signal.ssi_signo)));
+    request_ = absl::StrCat("SIG", ::sigabbrev_np(static_cast<int>(signal.ssi_signo)));
   } else if (parent_.open()) {
     char byte = 0;
     const ssize_t got = ::read(parent_.get(), &byte, 1);
     if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) request_ = "end of the parent's pipe";
   }
+  if (request_.empty()) return std::nullopt;
   return request_;
 }
 

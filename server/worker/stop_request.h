@@ -26,7 +26,7 @@ class StopRequest {
 
   FileDescriptor signals_;
   FileDescriptor parent_;  ///< not open without a parent
-  std::optional<std::string> request_;
+  std::string request_;    ///< empty until someone has asked
 };
 
 }  // namespace creepd
