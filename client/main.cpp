@@ -47,6 +47,31 @@ void print_unknown_command(const std::string& given, const std::vector<std::stri
   std::fprintf(stderr, "creepctl: unknown command %s%s\n", creep::quoted(given).c_str(), rest.c_str());
 }
 
+/// The innermost command that was given, `app` itself if none was.
+const CLI::App& given_command(const CLI::App& app) {
+  const auto commands = app.get_subcommands();
+  return commands.empty() ? app : given_command(*commands.front());
+}
+
+/// The first of the arguments left over that is meant as an option, with the option that comes nearest. False
+/// if there is none.
+bool print_unknown_option(const CLI::App& command) {
+  for (const std::string& argument : command.remaining()) {
+    if (!argument.starts_with("--")) continue;
+    const std::string given = argument.substr(2, argument.find('=') - 2);
+    std::vector<std::string_view> names;
+    for (const CLI::Option* option : command.get_options()) {
+      names.insert(names.end(), option->get_lnames().begin(), option->get_lnames().end());
+    }
+    const auto guess = creep::closest(given, names);
+    std::fprintf(stderr, "creepctl: %s has no option --%s%s\n", command.get_name().c_str(),
+                 creep::printable(given).c_str(),
+                 guess ? ("; did you mean --" + std::string(*guess) + "?").c_str() : "");
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 int main(int argument_count, char** arguments) {
@@ -88,6 +113,7 @@ int main(int argument_count, char** arguments) {
       print_unknown_command(first, names);
       return creepctl::kUsage;
     }
+    if (error.get_exit_code() != 0 && print_unknown_option(given_command(app))) return creepctl::kUsage;
     // CLI11 gives 0 for --help and a number of its own for each usage error; ours has one.
     return app.exit(error) == 0 ? creepctl::kOk : creepctl::kUsage;
   }

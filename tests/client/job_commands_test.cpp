@@ -193,6 +193,10 @@ TEST_F(JobCommands, usage_errors_exit_2_and_help_ends_with_an_example) {
   const Ended unknown = creepctl("validat x");
   EXPECT_EQ(unknown.exit_code, kUsage);
   EXPECT_NE(unknown.err.find("did you mean \"validate\"?"), std::string::npos);
+  const Ended misspelt = creepctl("submit job.toml --labels sand=NE34");
+  EXPECT_EQ(misspelt.exit_code, kUsage);
+  EXPECT_NE(misspelt.err.find("did you mean --label?"), std::string::npos) << misspelt.err;
+  EXPECT_EQ(creepctl("submit --nonsense --help").exit_code, kOk);
 
   const Ended help = creepctl("--help");
   EXPECT_EQ(help.exit_code, kOk);
