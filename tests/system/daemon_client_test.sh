@@ -66,11 +66,13 @@ step "round trip"
 id=$(creepctl submit "$job" --label sand=ne34 --request-id once 2>/dev/null)
 [[ "$id" =~ ^[A-Za-z0-9][A-Za-z0-9-]{3,}$ ]] || fail "submit printed: $id"
 [[ $(creepctl submit "$job" --label sand=ne34 --request-id once 2>/dev/null) == "$id" ]] || fail "submitted twice"
+creepctl watch "$id" >"$work/watched" 2>&1 &
+watch=$!
 creepctl logs -f "$id" >"$work/log" &
 logs=$!
 wait_for 20 computes "$id"
 expect_exit 0 creepctl fetch "$id" --out "$work/fetched-$id"  # half of it; the rest is brought by same_job
-creepctl watch "$id" >"$work/watched" 2>&1 || fail "watch: $?"
+wait "$watch" || fail "watch: $?"
 grep -q 'creep, dynamic stage .*strain .*particle-steps/s' "$work/watched" || fail "watch shows no progress"
 grep -q "$id: SUCCEEDED" "$work/watched" || fail "watch does not say how it ended"
 grep -q $'[\x1b\r]' "$work/watched" && fail "escapes in a pipe"
