@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # The Debian 12 packages that creepd is built and tested with: the only list of them.
 #
-# Source it and call install_packages, or run it: deploy/packages.sh [build|test|long-test|tidy ...] (default: build).
+# Source it and call install_packages, or run it: deploy/packages.sh [build|package|test|long-test|tidy ...] (default: build).
 # Each package's reason is in deploy/README.md.
 
 creep_build_packages=(
   g++ cmake ninja-build pkg-config
   libeigen3-dev libtomlplusplus-dev librandom123-dev libabsl-dev libcli11-dev nlohmann-json3-dev
   libssl-dev libcairo2-dev fonts-dejavu-core
-  libgrpc++-dev protobuf-compiler-grpc protobuf-compiler libprotobuf-dev libsqlite3-dev
+  libgrpc++-dev protobuf-compiler-grpc protobuf-compiler libprotobuf-dev libsqlite3-dev libsystemd-dev
 )
+creep_package_packages=(dpkg-dev file help2man)
 creep_test_packages=(libgtest-dev clang-format python3-grpcio)
 creep_long_test_packages=(python3-vtk9)
 creep_tidy_packages=(clang-tidy)
@@ -66,11 +67,12 @@ if [[ "${BASH_SOURCE[0]}" == "$0" ]]; then
   for list in "$@"; do
     case "$list" in
       build) install_packages "${creep_build_packages[@]}" ;;
+      package) install_packages "${creep_package_packages[@]}" ;;
       test) install_packages "${creep_test_packages[@]}" ;;
       long-test) install_packages "${creep_long_test_packages[@]}" ;;
       tidy) install_packages "${creep_tidy_packages[@]}" ;;
       *)
-        printf 'usage: %s [build|test|long-test|tidy ...]\n' "$0" >&2
+        printf 'usage: %s [build|package|test|long-test|tidy ...]\n' "$0" >&2
         exit 2
         ;;
     esac

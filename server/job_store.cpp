@@ -4,18 +4,22 @@
 
 #include <chrono>
 #include <mutex>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "core/arithmetic/check.h"
+#include "server/job_files.h"
 #include "server/refusal.h"
+#include "server/reserve.h"
 #include "server/schema.h"
 
 namespace creepd {
 namespace {
 
 constexpr std::int64_t kSchemaVersion = 1;
+constexpr std::uint64_t kAlmostFull = 1 << 20;  // more than one change needs [bytes]
 
 absl::Status storage_failed(sqlite3* database, const char* what) {
   const std::string message = absl::StrCat("database: ", what, ": ", sqlite3_errmsg(database));
@@ -195,6 +199,9 @@ std::string select(bool with_spec, const std::string& rest) {
                       " FROM job WHERE deleted=0 ", rest);
 }
 
+const absl::Status& status_of(const absl::Status& status) { return status; }
+const absl::Status& status_of(const absl::StatusOr<Job>& job) { return job.status(); }
+
 Moment wall_clock() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
              std::chrono::system_clock::now().time_since_epoch())
@@ -204,6 +211,11 @@ Moment wall_clock() {
 }  // namespace
 
 struct JobStore::Impl {
+  explicit Impl(const std::filesystem::path& path)
+      : folder(path.parent_path()), reserve(folder / "reserve") {}
+
+  std::filesystem::path folder;
+  Reserve reserve;
   std::mutex mutex;
   sqlite3* database = nullptr;
   std::function<void(const std::string&)> listener;
@@ -212,6 +224,16 @@ struct JobStore::Impl {
     if (database == nullptr) return;
     sqlite3_wal_checkpoint_v2(database, nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr);
     sqlite3_close(database);
+  }
+
+  bool use_reserve() { return free_bytes(folder) < kAlmostFull && reserve.use(); }
+
+  /// A write; once more with the room of the reserve if the disk is full.
+  template <typename Write>
+  auto with_reserve(const Write& write) {
+    auto result = write();
+    if (absl::IsUnavailable(status_of(result)) && use_reserve()) result = write();
+    return result;
   }
 
   absl::Status execute(const char* sql) {
@@ -225,6 +247,16 @@ struct JobStore::Impl {
     const bool found = statement.step();
     if (auto status = statement.status(); !status.ok()) return status;
     return found ? statement.integer() : 0;
+  }
+
+  absl::Status open(const std::filesystem::path& path) {
+    constexpr int kFlags =
+        SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE;
+    sqlite3_close(std::exchange(database, nullptr));
+    if (sqlite3_open_v2(path.c_str(), &database, kFlags, nullptr) != SQLITE_OK) {
+      return storage_failed(database, "open");
+    }
+    return set_up();
   }
 
   absl::Status set_up() {
@@ -341,19 +373,37 @@ struct JobStore::Impl {
     Statement row(database, "INSERT INTO request VALUES (?,?,?,?,?)");
     return row.bind(job.owner).bind(key.id).bind(key.content).bind(job.id).bind(wall_clock()).run();
   }
+
+  /// `event`: whether watchers want to know.
+  absl::StatusOr<Job> change(const std::string& id, const std::function<absl::Status(Job&)>& change,
+                             bool& event) {
+    Transaction transaction(database);
+    if (auto status = transaction.status(); !status.ok()) return status;
+    auto job = read(id);
+    if (!job.ok()) return job.status();
+    const JobState state = job->state;
+    const StateReason reason = job->reason;
+    const std::uint64_t samples = job->samples;
+    if (auto status = change(*job); !status.ok()) return status;
+    CREEP_CHECK(job->samples >= samples, "told samples never become fewer");
+    event = job->state != state || job->reason != reason;
+    if (event) {
+      CREEP_CHECK(is_legal(state, job->state), "a job changes state by the table");
+      if (auto status = add_event(*job); !status.ok()) return status;
+    }
+    if (auto status = update(*job); !status.ok()) return status;
+    if (auto status = transaction.commit(); !status.ok()) return status;
+    return job;
+  }
 };
 
 JobStore::JobStore(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 JobStore::~JobStore() = default;
 
 absl::StatusOr<std::unique_ptr<JobStore>> JobStore::open(const std::filesystem::path& path) {
-  auto impl = std::make_unique<Impl>();
-  constexpr int kFlags =
-      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE;
-  if (sqlite3_open_v2(path.c_str(), &impl->database, kFlags, nullptr) != SQLITE_OK) {
-    return storage_failed(impl->database, "open");
-  }
-  if (auto status = impl->set_up(); !status.ok()) return status;
+  auto impl = std::make_unique<Impl>(path);
+  if (auto status = impl->with_reserve([&] { return impl->open(path); }); !status.ok()) return status;
+  impl->reserve.restore();
   return std::unique_ptr<JobStore>(new JobStore(std::move(impl)));
 }
 
@@ -420,24 +470,9 @@ absl::StatusOr<Job> JobStore::change(const std::string& id, const std::function<
   absl::StatusOr<Job> job;
   {
     const std::lock_guard lock(impl_->mutex);
-    Transaction transaction(impl_->database);
-    if (auto status = transaction.status(); !status.ok()) return status;
-    job = impl_->read(id);
-    if (!job.ok()) return job.status();
-    const JobState state = job->state;
-    const StateReason reason = job->reason;
-    const std::uint64_t samples = job->samples;
-    if (auto status = change(*job); !status.ok()) return status;
-    CREEP_CHECK(job->samples >= samples, "told samples never become fewer");
-    event = job->state != state || job->reason != reason;
-    if (event) {
-      CREEP_CHECK(is_legal(state, job->state), "a job changes state by the table");
-      if (auto status = impl_->add_event(*job); !status.ok()) return status;
-    }
-    if (auto status = impl_->update(*job); !status.ok()) return status;
-    if (auto status = transaction.commit(); !status.ok()) return status;
+    job = impl_->with_reserve([&] { return impl_->change(id, change, event); });
   }
-  if (event && impl_->listener) impl_->listener(id);
+  if (job.ok() && event && impl_->listener) impl_->listener(id);
   return job;
 }
 
@@ -550,8 +585,12 @@ absl::Status JobStore::mark_deleted(const std::string& id) {
     const std::lock_guard lock(impl_->mutex);
     const auto job = impl_->read(id);
     if (!job.ok()) return job.status();
-    Statement row(impl_->database, "UPDATE job SET deleted=1 WHERE id=? AND state NOT IN (1,2)");
-    if (auto status = row.bind(id).run(); !status.ok()) return status;
+    const auto mark = [&] {
+      return Statement(impl_->database, "UPDATE job SET deleted=1 WHERE id=? AND state NOT IN (1,2)")
+          .bind(id)
+          .run();
+    };
+    if (auto status = impl_->with_reserve(mark); !status.ok()) return status;
     if (sqlite3_changes(impl_->database) == 0) {
       return refuse(absl::StatusCode::kFailedPrecondition,
                     absl::StrCat("job ", id, " is ", state_name(job->state), "; cancel it first"),
@@ -564,7 +603,8 @@ absl::Status JobStore::mark_deleted(const std::string& id) {
 
 absl::Status JobStore::forget(const std::string& id) {
   const std::lock_guard lock(impl_->mutex);
-  return Statement(impl_->database, "DELETE FROM job WHERE id=? AND deleted=1").bind(id).run();
+  return impl_->with_reserve(
+      [&] { return Statement(impl_->database, "DELETE FROM job WHERE id=? AND deleted=1").bind(id).run(); });
 }
 
 absl::StatusOr<std::vector<std::string>> JobStore::marked_deleted() {
@@ -578,7 +618,18 @@ absl::StatusOr<std::vector<std::string>> JobStore::marked_deleted() {
 
 absl::Status JobStore::forget_requests_before(Moment moment) {
   const std::lock_guard lock(impl_->mutex);
-  return Statement(impl_->database, "DELETE FROM request WHERE moment<?").bind(moment).run();
+  return impl_->with_reserve(
+      [&] { return Statement(impl_->database, "DELETE FROM request WHERE moment<?").bind(moment).run(); });
+}
+
+bool JobStore::use_reserve() {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->use_reserve();
+}
+
+bool JobStore::restore_reserve() {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->reserve.restore();
 }
 
 }  // namespace creepd

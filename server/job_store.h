@@ -2,7 +2,8 @@
 //
 // Every call is one transaction, durable when it returns (WAL, synchronous=FULL). Safe from several threads:
 // one connection behind one mutex. Nothing else opens the file. Errors of the storage are Unavailable with
-// the reason STORAGE_FAILED (refusal.h), and then nothing was changed.
+// the reason STORAGE_FAILED (refusal.h), and then nothing was changed. Changes and deletions of jobs have a
+// reserve of room for when the disk is full; new jobs and news of running ones do not.
 #pragma once
 
 #include <filesystem>
@@ -107,6 +108,11 @@ class JobStore {
 
   /// Forgets answered submissions older than this.
   absl::Status forget_requests_before(Moment moment);
+
+  /// Gives up the reserve if the disk is full. False if that is of no use.
+  bool use_reserve();
+  /// Takes the reserve again where there is room. False while it is in use: then nothing else should grow.
+  bool restore_reserve();
 
  private:
   struct Impl;

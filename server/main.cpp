@@ -18,6 +18,7 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -28,6 +29,7 @@
 #include "server/job_store.h"
 #include "server/jobs.h"
 #include "server/sample_index.h"
+#include "server/service_state.h"
 #include "server/supervisor.h"
 #include "server/worker/durable_file.h"
 
@@ -190,12 +192,14 @@ sigset_t stop_signals() {
   return signals;
 }
 
-void wait_and_stop(creepd::Supervisor& supervisor, creepd::Server& server) {
+void wait_and_stop(creepd::Supervisor& supervisor, creepd::Server& server,
+                   const creepd::ServiceState& service) {
   const sigset_t signals = stop_signals();
   int number = 0;
   while (::sigwait(&signals, &number) != 0) {
   }
   creepd::log_line("stopping: workers write a checkpoint");
+  service.stopping();
   std::atomic<bool> stopped = false;
   std::thread stopping([&] {
     server.refuse_calls();
@@ -220,7 +224,11 @@ absl::Status serve(const Options& options) {
   const auto store = creepd::JobStore::open(options.state / "creepd.db");
   if (!store.ok()) return store.status();
   creepd::SampleLibrary samples(options.supervisor.jobs);
-  creepd::Supervisor supervisor(options.supervisor, **store, samples);
+  creepd::ServiceState service;
+  service.recovering();
+  creepd::SupervisorOptions supervision = options.supervisor;
+  supervision.turned = [&](int running) { service.turned(running, options.supervisor.slots); };
+  creepd::Supervisor supervisor(std::move(supervision), **store, samples);
   // Only then may anybody ask: what they are told is true.
   if (auto status = supervisor.recover(); !status.ok()) return status;
   creepd::Jobs jobs(options.supervisor.jobs, options.limits, **store, samples, [&] { supervisor.wake(); });
@@ -231,7 +239,8 @@ absl::Status serve(const Options& options) {
                                 options.server.tls ? " and " + options.server.tls->address : "",
                                 ", state in ", options.state.string(), ", ", options.supervisor.slots,
                                 " slots of ", options.supervisor.threads_per_job, " threads"));
-  wait_and_stop(supervisor, **server);
+  service.ready();
+  wait_and_stop(supervisor, **server, service);
   creepd::log_line("stopped");
   return absl::OkStatus();
 }

@@ -125,6 +125,7 @@ void Supervisor::loop() {
       start_next();
     }
     running_count_ = static_cast<int>(running_.size());
+    if (options_.turned) options_.turned(running_count_);
   }
 }
 
@@ -198,7 +199,10 @@ AttemptEnd Supervisor::end_of(const Running& running, const ProcessEnd& process)
 
 absl::Status Supervisor::tell_all(const std::string& id, const fs::path& folder, SampleIndex& samples) {
   const auto news = news_of(id, folder, samples);
-  return news.ok() ? store_.tell({*news}) : news.status();
+  if (!news.ok()) return news.status();
+  auto told = store_.tell({*news});
+  if (absl::IsUnavailable(told) && store_.use_reserve()) told = store_.tell({*news});
+  return told;
 }
 
 void Supervisor::follow() {
@@ -267,6 +271,7 @@ void Supervisor::check_limits() {
 void Supervisor::resume_where_room() {
   if (Clock::now() - looked_for_room_ < kRoomCheck) return;
   looked_for_room_ = Clock::now();
+  if (!store_.restore_reserve()) return;
   const auto paused = store_.paused(StateReason::kDiskFull);
   if (!paused.ok()) return;
   for (const Job& job : *paused) {
@@ -291,6 +296,9 @@ void Supervisor::start_next() {
     std::uint64_t memory = (*next)->memory_estimate;
     for (const auto& [id, running] : running_) memory += running.memory;
     if (memory > options_.memory_limit && !running_.empty()) return;
+    const fs::path folder = options_.jobs / (*next)->id;
+    // On a full disk it would soon fail, and use up the reserve that its end needs.
+    if (!store_.restore_reserve() || free_bytes(folder) < needed_bytes(folder)) return;
     start_attempt(**next);
   }
 }

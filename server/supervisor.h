@@ -35,6 +35,8 @@ struct SupervisorOptions {
   std::uint64_t memory_limit = 0;     ///< for the sum of the estimates of running jobs [bytes]
   double stall_limit = 600.0;         ///< [s] without progress, then the worker is killed
   double stop_limit = 150.0;          ///< [s] for a worker's last checkpoint
+  /// Told the number of running jobs after each turn, at least every second, by the supervisor's thread.
+  std::function<void(int running)> turned;
 };
 
 class Supervisor {
