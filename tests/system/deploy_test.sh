@@ -14,6 +14,11 @@ for file in bin/creepd bin/creepctl bin/creep-worker bin/creep-bench lib/systemd
   share/creepd/proto/creep/v1/creep.proto; do
   [[ -s "$work/tree/usr/$file" ]] || fail "$file is not installed"
 done
+if command -v help2man >/dev/null; then
+  for page in man1/creepctl.1 man1/creep-worker.1 man1/creep-bench.1 man8/creepd.8; do
+    gzip -dc "$work/tree/usr/share/man/$page.gz" | grep -q 'SEE ALSO' || fail "the manual page $page"
+  done
+fi
 bash -n "$work/tree/usr/share/bash-completion/completions/creepctl" || fail "the bash completion is no bash"
 for script in "$root"/deploy/*.sh "$root"/deploy/debian/{postinst,prerm,postrm}; do
   bash -n "$script" || fail "$script"
@@ -25,6 +30,14 @@ for option in $(grep -ohE -- '(creepd|OPTIONS=").*' "$root"/deploy/systemd/* | g
 done
 
 if command -v systemd-analyze >/dev/null; then
+  for unit in creepd.service:system creepd-user.service:user; do
+    cp "$root/deploy/systemd/${unit%:*}" "$work/creepd.service"
+    sed -i "s|/usr/bin/creepd|$bin/creepd|; /^Documentation=/d" "$work/creepd.service"
+    XDG_RUNTIME_DIR=$work systemd-analyze verify --man=no "--${unit#*:}" "$work/creepd.service" >"$work/output" 2>&1 && [[ ! -s $work/output ]] || {
+      cat "$work/output" >&2
+      fail "${unit%:*}: systemd finds faults"
+    }
+  done
   # 0 is best, 10 worst; offline gives the level times ten to --threshold.
   systemd-analyze security --offline=true --no-pager --threshold=20 "$root/deploy/systemd/creepd.service" \
     >"$work/output" 2>&1 || {
