@@ -30,6 +30,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::Event> {
     {
       const std::lock_guard lock(hub.mutex_);
       hub.streams_.erase(this);
+      hub.some_left_ = true;
     }
     hub.news_.notify_one();
     delete this;
@@ -135,7 +136,7 @@ void WatchHub::loop() {
     for (WatchStream* stream : ready) serve(*stream);
     lock.lock();
     if (ended_ && streams_.empty()) return;
-    forget_unused_feeds();
+    if (std::exchange(some_left_, false)) forget_unused_feeds();
     const auto something = [this] {
       if (!changed_.empty() || ended_) return true;
       for (const WatchStream* stream : streams_) {
@@ -235,12 +236,9 @@ void WatchHub::finish(WatchStream& stream, const absl::Status& status) {
 }
 
 void WatchHub::forget_unused_feeds() {
-  std::erase_if(feeds_, [this](const auto& entry) {
-    for (const WatchStream* stream : streams_) {
-      if (stream->job == entry.first) return false;
-    }
-    return true;
-  });
+  std::set<std::string> watched;
+  for (const WatchStream* stream : streams_) watched.insert(stream->job);
+  std::erase_if(feeds_, [&watched](const auto& entry) { return !watched.contains(entry.first); });
 }
 
 }  // namespace creepd

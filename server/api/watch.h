@@ -72,6 +72,7 @@ class WatchHub {
   std::condition_variable news_;
   std::set<WatchStream*> streams_;
   std::set<std::string> changed_;
+  bool some_left_ = false;  // since feeds were last looked through
   bool stopping_ = false;
   bool ended_ = false;
   std::thread thread_;
