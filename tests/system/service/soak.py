@@ -161,7 +161,7 @@ class Soak:
         if self.fills and answer.code == grpc.StatusCode.RESOURCE_EXHAUSTED:
             return True
         return order.method == "ForkJob" and (
-            answer.reason == "CHECKPOINT_NOT_FOUND" or
+            answer.reason in ("CHECKPOINT_NOT_FOUND", "NOTHING_LEFT") or
             (answer.reason == "JOB_NOT_FOUND" and order.request.job not in self.jobs))
 
     def made(self, order, message):
