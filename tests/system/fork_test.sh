@@ -5,7 +5,7 @@ job=$work/triaxial.toml
 cp "$here/triaxial.toml" "$job"
 undisturbed
 kept=$(cd "$reference/checkpoints" && echo keep.*)
-for name in 01_isotropic_end 02_triaxial_end 05_unload_end 02_triaxial_axial_strain_0.05; do
+for name in 01_isotropic_end 02_triaxial_end 05_unload_end 02_triaxial_axial_strain_0.01; do
   [[ " $kept " == *" keep.$name "* ]] || fail "no checkpoint $name is kept: $kept"
 done
 grep -q "^sequence.*,mean_stress_Pa,deviatoric_stress_Pa$" "$reference/samples.csv" || fail "samples.csv has no p and q"
@@ -50,7 +50,7 @@ succeeded "$source_id"
 digest_of_job() { field "$1" state_digest; }
 
 step "without changes the same experiment goes on, its records with it"
-again=$(creepctl fork "$source_id" --checkpoint 02_triaxial_axial_strain_0.05)
+again=$(creepctl fork "$source_id" --checkpoint 02_triaxial_axial_strain_0.01)
 succeeded "$again"
 
 step "with another program a new experiment starts: the same as by run, by submit and by a repeated request"
