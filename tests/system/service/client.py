@@ -70,7 +70,8 @@ class Client:
         end = time.monotonic() + patience
         for tries in itertools.count(1):
             try:
-                return Answer(getattr(self.service, method)(request, timeout=CALL_LIMIT, wait_for_ready=True), tries=tries)
+                message = getattr(self.service, method)(request, timeout=CALL_LIMIT, wait_for_ready=True)
+                return Answer(message, tries=tries)
             except grpc.RpcError as error:
                 answer = Answer(None, error.code(), *refusal(error), tries)
             if not answer.unknown or time.monotonic() >= end:

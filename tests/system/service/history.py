@@ -52,6 +52,11 @@ class History:
                 raise Broken(f"job {self.job}: event {event.seq} is told in two ways:\n{what}\n"
                              f"{creep.Event.FromString(self.events[event.seq])}")
 
+    def last(self):
+        """Number of the newest event known; all before it are known too."""
+        with self.lock:
+            return max(self.events, default=0)
+
     def add_answer(self, job, operation):
         with self.lock:
             self.answers.append((job.last_seq, *named(job), operation))

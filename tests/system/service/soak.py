@@ -235,7 +235,7 @@ class Soak:
 
     def watch(self):
         if job := self.a_job():
-            self.watch_job(job, self.random.choice([0, max(job.history.events, default=0)]))
+            self.watch_job(job, self.random.choice([0, job.history.last()]))
 
     def watch_job(self, job, after_seq):
         if len(self.watchers) < MOST_WATCHERS:
@@ -343,10 +343,12 @@ class Soak:
     # --------------------------------------------------------------------------------------------------- checking
 
     def causes(self, job):
+        daemon_ends = self.daemon_ends - job.order.daemon_ends
         return {
             "SUBMITTED": 1,
-            "WORKER_LOST": self.kills[job.id],
-            "DAEMON_STOPPED": self.daemon_ends - job.order.daemon_ends,
+            # A worker that a killed daemon had just started may take the lease before that of the next daemon.
+            "WORKER_LOST": self.kills[job.id] + daemon_ends,
+            "DAEMON_STOPPED": daemon_ends,
             "PAUSE_REQUESTED": job.asked["pause"], "PAUSED_BY_USER": job.asked["pause"],
             "CANCEL_REQUESTED": job.asked["cancel"], "CANCELLED_BY_USER": job.asked["cancel"],
             # A resumption may show twice: asked of the worker that still ran, and queued when it had ended.
@@ -457,13 +459,14 @@ class Soak:
         self.note_size()
         self.daemon.stop()
 
-
     def wait_for_ends(self):
         """However slow the machine: something must happen."""
         told, since = -1, time.monotonic()
         while True:
             self.check_watchers()
-            jobs = self.client.list() or []
+            jobs = self.client.list()
+            if jobs is None:
+                raise Broken("the daemon does not answer")
             if all(named(job)[0] in FINAL for job in jobs):
                 return
             events = sum(job.last_seq for job in jobs)
