@@ -46,7 +46,8 @@ std::vector<std::filesystem::path> checkpoints_in(const std::filesystem::path& f
 ordered_json to_json(const std::filesystem::path& path, const absl::StatusOr<creep::CheckpointInfo>& info) {
   ordered_json value = {{"file", path.string()}, {"good", info.ok()}};
   if (!info.ok()) {
-    value["damage"] = std::string(info.status().message());
+    value[absl::IsFailedPrecondition(info.status()) ? "newer" : "damage"] =
+        std::string(info.status().message());
     return value;
   }
   value["stage"] = info->stage;
@@ -66,13 +67,17 @@ ordered_json to_json(const std::filesystem::path& path, const absl::StatusOr<cre
   return value;
 }
 
+std::string verdict_on(const ordered_json& checkpoint) {
+  if (checkpoint["good"].get<bool>()) return "good, every checksum verified";
+  if (checkpoint.contains("newer"))
+    return red("not readable:", stdout) + " " + checkpoint["newer"].get<std::string>();
+  return red("damaged:", stdout) + " " + checkpoint["damage"].get<std::string>();
+}
+
 void print_text(const ordered_json& checkpoint) {
-  std::printf("%s: %s\n", checkpoint["file"].get<std::string>().c_str(),
-              checkpoint["good"].get<bool>()
-                  ? "good, every checksum verified"
-                  : (red("damaged:", stdout) + " " + checkpoint["damage"].get<std::string>()).c_str());
+  std::printf("%s: %s\n", checkpoint["file"].get<std::string>().c_str(), verdict_on(checkpoint).c_str());
   for (const auto& [name, value] : checkpoint.items()) {
-    if (name == "file" || name == "good" || name == "damage") continue;
+    if (name == "file" || name == "good" || name == "damage" || name == "newer") continue;
     const std::string shown = value.is_string() ? value.get<std::string>() : value.dump();
     std::printf("  %-16s %s\n", name.c_str(), shown.c_str());
   }

@@ -155,7 +155,7 @@ class Run {
 /// InvalidArgument, with what stands against it.
 absl::Status can_start_from(const CheckpointInfo& info, std::string_view specimen_hash);
 
-/// Reads the head of a checkpoint and verifies every section's checksum. Error: DataLoss.
+/// Reads the head, verifies every checksum. Errors: FailedPrecondition (of a newer program), DataLoss.
 absl::StatusOr<CheckpointInfo> read_checkpoint_info(std::string_view checkpoint);
 
 /// Identifies the results of this machine's arithmetic: hash of a self-test of all kernels (16 hex digits).

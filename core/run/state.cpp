@@ -318,6 +318,9 @@ void append_section(std::string& out, std::string_view name, const Writer& secti
   out += section.bytes();
 }
 
+/// A number above it is damage, not a format to come.
+constexpr std::uint64_t kLastPossibleVersion = 0xffff;
+
 struct Verified {
   std::uint64_t version = 0;
   std::vector<std::string_view> sections;
@@ -336,7 +339,13 @@ absl::StatusOr<Verified> verified_sections(std::string_view bytes) {
     return true;
   };
   Verified verified;
-  if (!take(verified.version) || verified.version < 1 || verified.version > kCheckpointVersion) {
+  if (take(verified.version) && verified.version > kCheckpointVersion &&
+      verified.version <= kLastPossibleVersion) {
+    return absl::FailedPreconditionError(absl::StrCat("checkpoint format ", verified.version,
+                                                      " was made by a newer program; this one reads 1 to ",
+                                                      kCheckpointVersion));
+  }
+  if (verified.version < 1 || verified.version > kCheckpointVersion) {
     return absl::DataLossError(absl::StrCat("checkpoint format ", verified.version,
                                             ", this program reads 1 to ", kCheckpointVersion));
   }

@@ -71,13 +71,15 @@ std::string digest_of(const RunState& state);
 
 /// Bytes of a checkpoint: magic, version, then named sections, each with its length and checksum.
 ///
-/// To change the format: raise kCheckpointVersion, keep reading the old one or refuse it by name, and keep an
-/// old file among the tests. Version 1, which does not know about snapshots, and version 2, which knows only
-/// oedometric loading and creep, are read too.
+/// To change the format: raise kCheckpointVersion (magic and version keep their places: by them older
+/// programs know that they are not to touch the file), keep reading the old one or refuse it by name, and
+/// keep an old file among the tests. Version 1, which does not know about snapshots, and version 2, which
+/// knows only oedometric loading and creep, are read too.
 inline constexpr std::uint32_t kCheckpointVersion = 3;
 std::string write_checkpoint(const RunState& state, const CheckpointInfo& info);
 
-/// Errors: DataLoss for anything that is not a whole, undamaged checkpoint of this version.
+/// Errors: FailedPrecondition for one in the format of a newer program, DataLoss for anything else that is
+/// not a whole, undamaged checkpoint.
 absl::StatusOr<RunState> read_checkpoint(std::string_view bytes);
 
 }  // namespace creep

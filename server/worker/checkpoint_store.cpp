@@ -51,11 +51,17 @@ absl::StatusOr<CheckpointStore> CheckpointStore::open(const std::filesystem::pat
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) return status_of(absl::StrCat("create ", directory.string()), error);
-  if (auto synced = sync_directory(directory.parent_path()); !synced.ok()) return synced;
-  if (auto cleaned = remove_leftovers(directory); !cleaned.ok()) return cleaned;
   CheckpointStore store(directory, verify);
   auto good = numbered_files(directory, "ck");
   if (!good.ok()) return good.status();
+  if (!good->empty()) {
+    const auto newest = read_file(store.file_of(good->back()));
+    if (!newest.ok()) return newest.status();
+    const auto info = verify(*newest);
+    if (absl::IsFailedPrecondition(info.status())) return info.status();
+  }
+  if (auto synced = sync_directory(directory.parent_path()); !synced.ok()) return synced;
+  if (auto cleaned = remove_leftovers(directory); !cleaned.ok()) return cleaned;
   const auto bad = numbered_files(directory, "bad");
   if (!bad.ok()) return bad.status();
   store.generations_ = *std::move(good);
@@ -72,6 +78,7 @@ absl::StatusOr<CheckpointStore::Newest> CheckpointStore::load_newest(
     auto bytes = read_file(file_of(generation));
     if (!bytes.ok()) return bytes.status();
     auto info = verify_(*bytes);
+    if (absl::IsFailedPrecondition(info.status())) return info.status();
     const absl::Status verdict = info.ok() ? usable(*info) : info.status();
     if (verdict.ok()) {
       newest.loaded = Loaded{generation, *std::move(bytes), *std::move(info)};

@@ -21,7 +21,9 @@ namespace creepd {
 
 class CheckpointStore {
  public:
-  /// Verifies bytes without loading them; creep::read_checkpoint_info in every use outside tests.
+  /// Verifies bytes without loading them; creep::read_checkpoint_info in every use outside tests. Its
+  /// FailedPrecondition (the newest is of a newer program) is passed on: such a file is neither set aside nor
+  /// deleted.
   using Verify = absl::StatusOr<creep::CheckpointInfo> (*)(std::string_view);
 
   static constexpr std::size_t kGenerations = 3;
@@ -40,11 +42,12 @@ class CheckpointStore {
     std::vector<Rejected> rejected;  ///< newer ones that are not, newest first
   };
 
-  /// Makes the directory if need be and removes what a killed writer left half done.
+  /// Makes the directory if need be and removes what a killed writer left half done. Errors: of `verify`, or
+  /// of the file system.
   static absl::StatusOr<CheckpointStore> open(const std::filesystem::path& directory, Verify verify);
 
-  /// The newest good generation that `usable` accepts; damaged newer ones are set aside. Errors: of reading,
-  /// when the storage fails rather than the file being damaged.
+  /// The newest good generation that `usable` accepts; damaged newer ones are set aside. Errors: of `verify`,
+  /// or of reading, when the storage fails rather than the file being damaged.
   absl::StatusOr<Newest> load_newest(const std::function<absl::Status(const creep::CheckpointInfo&)>& usable);
 
   /// Stores a checkpoint for good as keep.NAME; the same name again replaces it.

@@ -23,8 +23,10 @@ Ending ending_of(const absl::Status& status) {
   switch (status.code()) {
     case absl::StatusCode::kInvalidArgument:
       return {kBadInput, "bad_input", reason, ""};
-    case absl::StatusCode::kAborted:
     case absl::StatusCode::kFailedPrecondition:
+      return {kRefused, "refused", reason,
+              "Continue with the program, the machine and the job file that computed it so far."};
+    case absl::StatusCode::kAborted:
       return {kRefused, "refused", reason,
               "Continue on the machine and build that began the job, or with --allow-inexact, which is "
               "recorded."};

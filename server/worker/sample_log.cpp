@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::string_view kMagic = "CREEPLOG";
 constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kLastPossibleVersion = 0xffff;  // a number above it is damage
 constexpr std::size_t kFileHead = kFirstFrame;
 constexpr std::size_t kChecksum = 16;
 constexpr std::size_t kFrameHead = 4 + kChecksum;
@@ -40,6 +41,17 @@ std::string file_head() {
   return head;
 }
 
+/// Why a file with this beginning is no log to go on with.
+absl::Status not_ours(std::string_view head, const std::string& path) {
+  const std::uint64_t version = head.size() == kFileHead ? get(head.substr(kMagic.size()), 4) : 0;
+  if (head.starts_with(kMagic) && version > kVersion && version <= kLastPossibleVersion) {
+    return absl::FailedPreconditionError(absl::StrCat(path, ": sample log of version ", version,
+                                                      ", made by a newer program; this one reads version ",
+                                                      kVersion));
+  }
+  return absl::DataLossError(absl::StrCat(path, ": not a sample log of version ", kVersion));
+}
+
 std::string checksum(std::string_view length_bytes, std::string_view payload) {
   std::string covered(length_bytes);
   covered += payload;
@@ -54,7 +66,11 @@ std::string frame_of(std::string_view payload) {
   return frame;
 }
 
-std::string record_frame(const creep::Record& record) { return frame_of("R" + creep::encode(record)); }
+std::string record_frame(const creep::Record& record) {
+  std::string payload(1, 'R');
+  payload += creep::encode(record);
+  return frame_of(payload);
+}
 
 std::string superseding_frame(std::uint64_t from, std::string_view note) {
   std::string payload = "S";
@@ -159,8 +175,7 @@ absl::StatusOr<std::optional<LogFrame>> SampleLogReader::next() {
     const auto head = read_at(file_.get(), 0, kFileHead, path_.string());
     if (!head.ok()) return head.status();
     if (head->size() < kFileHead && file_head().starts_with(*head)) return std::optional<LogFrame>();
-    if (*head != file_head())
-      return absl::DataLossError(absl::StrCat(path_.string(), ": not a sample log of version 1"));
+    if (*head != file_head()) return not_ours(*head, path_.string());
     offset_ = kFileHead;
   }
   auto read = read_frame(file_.get(), offset_, path_.string());
@@ -185,7 +200,7 @@ absl::StatusOr<SampleLog> SampleLog::open(const std::filesystem::path& path) {
   } else if (file_head().starts_with(*head)) {  // new, or its writer was stopped within the first bytes
     status = log.start_file();
   } else {
-    status = absl::DataLossError(absl::StrCat(path.string(), ": not a sample log of version 1"));
+    status = not_ours(*head, path.string());
   }
   if (!status.ok()) return status;
   return log;

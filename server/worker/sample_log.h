@@ -40,11 +40,11 @@ inline constexpr std::uint64_t kFirstFrame = 16;
 /// Reads a log that may still grow. Any number of readers beside the one writer.
 class SampleLogReader {
  public:
-  /// Errors: NotFound, DataLoss (not a sample log, or of another version), or of the file system.
+  /// Errors: NotFound, or of the file system. What the file begins with is judged by next().
   static absl::StatusOr<SampleLogReader> open(const std::filesystem::path& path);
 
   /// The next whole frame; nothing at the end or before a frame still being written (ask again later).
-  /// Error: DataLoss for a damaged frame that others follow.
+  /// Errors: DataLoss (no log, or damage that frames follow), FailedPrecondition (of a newer program).
   absl::StatusOr<std::optional<LogFrame>> next();
 
   std::uint64_t offset() const { return offset_; }  ///< of the next frame in the file [bytes]
@@ -64,7 +64,7 @@ class SampleLogReader {
 /// The one writer. Records 0 .. size() - 1 are in it.
 class SampleLog {
  public:
-  /// Opens or makes the log. Errors: DataLoss (not a log of this version), or of the file system.
+  /// Opens or makes it. Errors: DataLoss (no log), FailedPrecondition (of a newer program), or of files.
   static absl::StatusOr<SampleLog> open(const std::filesystem::path& path);
 
   std::uint64_t size() const { return frames_.size(); }

@@ -1,5 +1,5 @@
 // Checkpoints: what is accepted is written again to the same bytes and can be resumed; anything else is
-// DataLoss.
+// DataLoss or, with a later version number, FailedPrecondition.
 //
 // Alterations keep the checksums and the state digest right, or nothing behind them would ever be tried.
 #include <memory>
@@ -198,7 +198,8 @@ void try_input(std::string_view input) {
   const std::string bytes(input);
   const auto state = read_checkpoint(bytes);
   if (state.ok()) return check_accepted(bytes, *state);
-  CREEP_CHECK(state.status().code() == absl::StatusCode::kDataLoss, "refused for another reason");
+  CREEP_CHECK(absl::IsDataLoss(state.status()) || absl::IsFailedPrecondition(state.status()),
+              "refused for another reason");
 }
 
 std::string altered(std::string_view bytes, Random& random) {

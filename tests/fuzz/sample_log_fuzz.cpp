@@ -193,7 +193,8 @@ void try_input(std::string_view bytes) {
     check_repair(bytes, bytes_of(path), *log, path);
     check_goes_on(path, records);
   } else {
-    CREEP_CHECK(log.status().code() == absl::StatusCode::kDataLoss, "refused for another reason");
+    CREEP_CHECK(absl::IsDataLoss(log.status()) || absl::IsFailedPrecondition(log.status()),
+                "refused for another reason");
     CREEP_CHECK(bytes_of(path) == bytes && records.empty(), "a refused log was changed or read");
   }
   for (const auto& entry : std::filesystem::directory_iterator(kDirectory.path())) {

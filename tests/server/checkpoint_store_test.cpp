@@ -15,6 +15,7 @@ namespace {
 // A checkpoint of these tests: "good", then the next sequence as one digit, then anything. What the store
 // does does not depend on what a checkpoint is, only on whether it verifies.
 absl::StatusOr<creep::CheckpointInfo> verify(std::string_view bytes) {
+  if (bytes.starts_with("newer")) return absl::FailedPreconditionError("made by a newer program");
   if (bytes.size() < 5 || !bytes.starts_with("good"))
     return absl::DataLossError("checksum of section particles");
   creep::CheckpointInfo info;
@@ -67,6 +68,21 @@ TEST(CheckpointStore, FallsBackBehindADamagedOneAndSaysSo) {
   EXPECT_EQ(store->add("good4").value(), 4u);
   EXPECT_EQ(store->generations(), (Generations{1, 4}));
   EXPECT_EQ(CheckpointStore::open(directory.path(), &verify)->generations(), (Generations{1, 4}));
+}
+
+TEST(CheckpointStore, LeavesTheFilesOfANewerProgramAlone) {
+  const TemporaryDirectory directory;
+  auto store = CheckpointStore::open(directory.path(), &verify);
+  for (int i = 1; i <= 2; ++i) ASSERT_TRUE(store->add("good" + std::to_string(i)).ok());
+  ASSERT_TRUE(write_durably(directory.path() / "ck.3", "newer").ok());
+  ASSERT_TRUE(replace_file(directory.path() / "ck.4.tmp", "newer").ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(CheckpointStore::open(directory.path(), &verify).status()));
+  // Written while the store was open, behind one that is damaged.
+  ASSERT_TRUE(write_durably(directory.path() / "ck.4", "damaged").ok());
+  store = CheckpointStore::open(directory.path(), &verify);
+  EXPECT_TRUE(absl::IsFailedPrecondition(store->load_newest(any).status()));
+  EXPECT_EQ(numbered_files(directory.path(), "ck").value(), (Generations{1, 2, 3}));
+  EXPECT_EQ(read_file(directory.path() / "ck.3").value(), "newer");
 }
 
 TEST(CheckpointStore, PassesOverOneThatTheCallerCannotUse) {

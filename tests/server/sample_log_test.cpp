@@ -109,6 +109,16 @@ TEST_F(SampleLogTest, RefusesAFileThatIsNoLog) {
   EXPECT_EQ(bytes(), "sequence,stage\n0,1\n");
 }
 
+TEST_F(SampleLogTest, LeavesTheLogOfANewerProgramAlone) {
+  std::string newer = "CREEPLOG";
+  newer += {2, 0, 0, 0, 0, 0, 0, 0};
+  newer += "whatever a newer program keeps here";
+  ASSERT_TRUE(write_durably(path_, newer).ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(SampleLog::open(path_).status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(SampleLogReader::open(path_)->next().status()));
+  EXPECT_EQ(read_file(path_).value(), newer);
+}
+
 TEST_F(SampleLogTest, ComparesRepeatedRecordsAndAddsOnlyNewOnes) {
   ASSERT_TRUE(open().append(records(0, 6)).ok());
   const std::string before = bytes();

@@ -44,6 +44,20 @@ for file in "$folder"/checkpoints/ck.*; do flip "$file"; done
 expect_exit 74 run_job "$folder"
 expect_output 'no checkpoint is good'
 
+# The newest one in the format of a newer program: no damage, and nothing of it is touched.
+folder=$work/newer
+cp -r "$half" "$folder"
+newer=$(newest "$folder")
+printf '\xff' | dd of="$newer" bs=1 seek=8 conv=notrunc 2>/dev/null
+truncate -s -7 "$folder/samples.log"
+before=$(cat "$folder"/checkpoints/* "$folder"/samples.{log,csv} | sha256sum)
+expect_exit 1 run_job "$folder"
+expect_output 'was made by a newer program'
+grep -qF '"exit_code": 70' "$folder/verdict.json" || fail "the verdict does not say 70"
+[[ -e "$newer" ]] || fail "the checkpoint of a newer program was set aside"
+[[ $(cat "$folder"/checkpoints/* "$folder"/samples.{log,csv} | sha256sum) == "$before" ]] ||
+  fail "files of a newer program were touched"
+
 # The log torn in its last record, and cut so far back that no checkpoint can follow it.
 folder=$work/torn
 cp -r "$half" "$folder"
