@@ -219,6 +219,7 @@ struct JobStore::Impl {
   std::mutex mutex;
   sqlite3* database = nullptr;
   std::function<void(const std::string&)> listener;
+  bool deletions_pending = true;  // false: no row has deleted=1; looking for one reads the whole table
 
   ~Impl() {
     if (database == nullptr) return;
@@ -585,6 +586,7 @@ absl::Status JobStore::mark_deleted(const std::string& id) {
     const std::lock_guard lock(impl_->mutex);
     const auto job = impl_->read(id);
     if (!job.ok()) return job.status();
+    impl_->deletions_pending = true;
     const auto mark = [&] {
       return Statement(impl_->database, "UPDATE job SET deleted=1 WHERE id=? AND state NOT IN (1,2)")
           .bind(id)
@@ -609,10 +611,12 @@ absl::Status JobStore::forget(const std::string& id) {
 
 absl::StatusOr<std::vector<std::string>> JobStore::marked_deleted() {
   const std::lock_guard lock(impl_->mutex);
-  Statement rows(impl_->database, "SELECT id FROM job WHERE deleted=1");
   std::vector<std::string> ids;
+  if (!impl_->deletions_pending) return ids;
+  Statement rows(impl_->database, "SELECT id FROM job WHERE deleted=1");
   while (rows.step()) ids.push_back(rows.text());
   if (auto status = rows.status(); !status.ok()) return status;
+  impl_->deletions_pending = !ids.empty();
   return ids;
 }
 

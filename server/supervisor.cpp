@@ -26,10 +26,10 @@ namespace fs = std::filesystem;
 using std::chrono::duration;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTurn{200};        // while something runs
-constexpr milliseconds kIdleTurn{1000};   // back-offs end within it
-constexpr milliseconds kTelling{500};     // between two records of progress in the store
-constexpr milliseconds kRoomCheck{2000};  // between two looks for free space
+constexpr milliseconds kTurn{200};          // while something runs
+constexpr milliseconds kIdleTurn{1000};     // back-offs end within it
+constexpr milliseconds kTelling{500};       // between two records of progress in the store
+constexpr milliseconds kStorageLook{2000};  // between two looks for room and for deletions that failed
 
 Moment now() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
@@ -121,7 +121,7 @@ void Supervisor::loop() {
     obey_requests();
     check_limits();
     if (!stopping_) {
-      resume_where_room();
+      look_at_storage();
       start_next();
     }
     running_count_ = static_cast<int>(running_.size());
@@ -136,7 +136,7 @@ void Supervisor::wait_for_news() {
     if (running.end) {
       waiting_for_store = true;
     } else {
-      news.push_back({running.process.descriptor(), POLLIN, 0});
+      news.push_back({running.process->descriptor(), POLLIN, 0});
     }
   }
   const auto turn = running_.empty() ? kIdleTurn : kTurn;
@@ -150,7 +150,7 @@ void Supervisor::reap() {
   for (auto entry = running_.begin(); entry != running_.end();) {
     Running& running = entry->second;
     if (!running.end) {
-      if (const auto process = running.process.poll()) running.end = end_of(running, *process);
+      if (const auto process = running.process->poll()) running.end = end_of(running, *process);
     }
     // An end that cannot be stored now is stored in a later turn. A daemon that is to stop does not wait for
     // that: it would be killed, and the next one finds out by itself, as after a kill.
@@ -229,10 +229,10 @@ void Supervisor::ask_to_stop(Running& running, bool at_once) {
   if (running.end) return;
   if (at_once && !running.killed) {
     running.killed = true;
-    running.process.send(SIGKILL);
+    running.process->send(SIGKILL);
   } else if (!running.asked_to_stop) {
     running.asked_to_stop = Clock::now();
-    running.process.send(SIGTERM);
+    running.process->send(SIGTERM);
   }
 }
 
@@ -268,9 +268,14 @@ void Supervisor::check_limits() {
   }
 }
 
+void Supervisor::look_at_storage() {
+  if (Clock::now() - looked_at_storage_ < kStorageLook) return;
+  looked_at_storage_ = Clock::now();
+  resume_where_room();
+  if (auto status = finish_deletions(); !status.ok()) return;  // tried again at the next look
+}
+
 void Supervisor::resume_where_room() {
-  if (Clock::now() - looked_for_room_ < kRoomCheck) return;
-  looked_for_room_ = Clock::now();
   if (!store_.restore_reserve()) return;
   const auto paused = store_.paused(StateReason::kDiskFull);
   if (!paused.ok()) return;
@@ -318,26 +323,9 @@ void Supervisor::start_attempt(const Job& queued) {
     return absl::OkStatus();
   });
   if (!job.ok()) return;
-  // Once a job, and again where a power cut took it: a lease means that a worker found it well.
-  if (!lease_attempt(folder)) {
-    if (auto status = secure_job_folder(folder, job->spec); !status.ok()) {
-      return conclude_unstarted(*job, [&](AttemptEnd& end) {
-        end.exit_code = kIoError;
-        end.verdict = Ending{kIoError, "io_error", std::string(status.message()), ""};
-      });
-    }
-  }
-  auto process = WorkerProcess::start(
-      {options_.worker, folder, job->lease_attempt, options_.threads_per_job, options_.checkpoint_interval});
-  if (!process.ok()) {
-    log_line(absl::StrCat("job ", job->id, ": ", std::string(process.status().message())));
-    return conclude_unstarted(*job, [](AttemptEnd& end) { end.never_started = true; });
-  }
-  log_line(
-      absl::StrCat("job ", job->id, " attempt ", job->lease_attempt, " started, process ", process->id()));
   Running running{.folder = folder,
                   .attempt = job->lease_attempt,
-                  .process = *std::move(process),
+                  .process = std::nullopt,
                   .samples = samples_.of(job->id),
                   .memory = job->memory_estimate,
                   .told = job->samples,
@@ -349,29 +337,34 @@ void Supervisor::start_attempt(const Job& queued) {
                   .stalled = false,
                   .said_not_stored = false,
                   .end = std::nullopt};
+  start_process(*job, running);
   running_.emplace(job->id, std::move(running));
 }
 
-void Supervisor::conclude_unstarted(const Job& job, const std::function<void(AttemptEnd&)>& say_why) {
-  const auto concluded = store_.change(job.id, [&](Job& row) {
-    AttemptEnd end = look_at(options_.jobs / job.id, row.lease_attempt);
-    say_why(end);
-    conclude(row, end, now());
-    return absl::OkStatus();
-  });
-  if (!concluded.ok())
-    log_line("the failed start cannot be stored; it is looked into when creepd starts again");
+void Supervisor::start_process(const Job& job, Running& running) {
+  // Once a job, and again where a power cut took it: a lease means that a worker found it well.
+  if (!lease_attempt(running.folder)) {
+    if (auto status = secure_job_folder(running.folder, job.spec); !status.ok()) {
+      running.end = look_at(running.folder, running.attempt);
+      running.end->exit_code = kIoError;
+      running.end->verdict = Ending{kIoError, "io_error", std::string(status.message()), ""};
+      return;
+    }
+  }
+  auto process = WorkerProcess::start({options_.worker, running.folder, running.attempt,
+                                       options_.threads_per_job, options_.checkpoint_interval});
+  if (!process.ok()) {
+    log_line(absl::StrCat("job ", job.id, ": ", std::string(process.status().message())));
+    running.end = look_at(running.folder, running.attempt);
+    running.end->never_started = true;
+    return;
+  }
+  log_line(absl::StrCat("job ", job.id, " attempt ", running.attempt, " started, process ", process->id()));
+  running.process = *std::move(process);
 }
 
 absl::Status Supervisor::recover() {
-  const auto deleted = store_.marked_deleted();
-  if (!deleted.ok()) return deleted.status();
-  for (const std::string& id : *deleted) {
-    std::error_code error;
-    fs::remove_all(options_.jobs / id, error);
-    if (error) continue;
-    if (auto status = store_.forget(id); !status.ok()) return status;
-  }
+  if (auto status = finish_deletions(); !status.ok()) return status;
   remove_stray_folders();
   const auto jobs = store_.running();
   if (!jobs.ok()) return jobs.status();
@@ -380,6 +373,18 @@ absl::Status Supervisor::recover() {
   }
   constexpr Moment kDay = std::int64_t{86400} * 1'000'000;
   return store_.forget_requests_before(now() - 30 * kDay);
+}
+
+absl::Status Supervisor::finish_deletions() {
+  const auto deleted = store_.marked_deleted();
+  if (!deleted.ok()) return deleted.status();
+  for (const std::string& id : *deleted) {
+    std::error_code error;
+    fs::remove_all(options_.jobs / id, error);
+    if (error || !sync_directory(options_.jobs).ok()) continue;
+    if (auto status = store_.forget(id); !status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
 absl::Status Supervisor::recover_running(const Job& job) {

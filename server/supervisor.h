@@ -10,7 +10,6 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -64,7 +63,7 @@ class Supervisor {
   struct Running {
     std::filesystem::path folder;
     std::int64_t attempt = 0;
-    WorkerProcess process;
+    std::optional<WorkerProcess> process;  ///< nothing if it could not be started; then there is an end
     std::shared_ptr<SampleIndex> samples;
     std::uint64_t memory = 0;
     std::uint64_t told = 0;
@@ -85,13 +84,15 @@ class Supervisor {
   void follow();
   void obey_requests();
   void check_limits();
+  void look_at_storage();
   void resume_where_room();
   void start_next();
   void start_attempt(const Job& job);
-  void conclude_unstarted(const Job& job, const std::function<void(AttemptEnd&)>& say_why);
+  void start_process(const Job& job, Running& running);
   void ask_to_stop(Running& running, bool now);
   absl::Status recover_running(const Job& job);
   absl::Status tell_all(const std::string& id, const std::filesystem::path& folder, SampleIndex& samples);
+  absl::Status finish_deletions();
   void remove_stray_folders();
 
   SupervisorOptions options_;
@@ -103,7 +104,7 @@ class Supervisor {
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> hurry_ = false;
   Clock::time_point followed_{};
-  Clock::time_point looked_for_room_{};
+  Clock::time_point looked_at_storage_{};
   std::thread thread_;
 };
 
