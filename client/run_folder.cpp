@@ -96,7 +96,13 @@ absl::Status begin_run_folder(const std::filesystem::path& folder, std::string_v
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return cannot("make", folder, error.value());
-  return write_by_rename(folder / kJobFile, job_text);
+  if (auto written = write_by_rename(folder / kJobFile, job_text); !written.ok()) return written;
+  // A power cut must not take the folder away with all that is computed in it.
+  for (std::filesystem::path above = std::filesystem::absolute(folder, error); above.has_relative_path();) {
+    above = above.parent_path();
+    if (!sync_folder(above).ok()) break;  // may not be opened, so it was not made here
+  }
+  return absl::OkStatus();
 }
 
 absl::Status write_by_rename(const std::filesystem::path& path, std::string_view bytes) {

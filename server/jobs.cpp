@@ -15,6 +15,7 @@
 #include "core/run/run.h"
 #include "server/refusal.h"
 #include "server/spec_check.h"
+#include "server/worker/durable_file.h"
 
 namespace creepd {
 namespace {
@@ -334,8 +335,9 @@ absl::Status Jobs::remove(const Caller& caller, const std::string& id) {
   samples_.forget(id);
   std::error_code error;
   std::filesystem::remove_all(folder(id), error);
-  return error ? absl::OkStatus()
-               : store_.forget(id);  // what could not be removed is tried at the next start
+  // What could not be removed for good the supervisor tries again.
+  if (error || !sync_directory(jobs_).ok()) return absl::OkStatus();
+  return store_.forget(id);
 }
 
 }  // namespace creepd

@@ -169,6 +169,18 @@ absl::Status complete(Options& options, const creepd::TlsOptions& tls, bool slot
   return absl::OkStatus();
 }
 
+/// Makes the names of the folders on the way to `state` durable: without them a power cut takes all of it
+/// away.
+absl::Status sync_way_to(const fs::path& state) {
+  if (auto status = creepd::sync_directory(state); !status.ok()) return status;
+  for (fs::path above = state; above.has_relative_path();) {
+    above = above.parent_path();
+    // What this process may not open was not made by it.
+    if (!creepd::sync_directory(above).ok()) break;
+  }
+  return absl::OkStatus();
+}
+
 /// The state directory is this process's alone as long as the descriptor is open.
 absl::StatusOr<creepd::FileDescriptor> take_state(const fs::path& state) {
   std::error_code error;
@@ -181,6 +193,7 @@ absl::StatusOr<creepd::FileDescriptor> take_state(const fs::path& state) {
   if (::flock(lock->get(), LOCK_EX | LOCK_NB) != 0) {
     return absl::AlreadyExistsError(absl::StrCat("another creepd uses ", state.string()));
   }
+  if (auto status = sync_way_to(state); !status.ok()) return status;
   return lock;
 }
 

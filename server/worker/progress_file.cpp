@@ -31,9 +31,13 @@ void ProgressFile::worked(double particle_steps, double wall_seconds) {
 
 bool ProgressFile::due() const { return written_ == Clock::time_point{} || seconds_since(written_) >= 1.0; }
 
-absl::Status ProgressFile::offer(const State& state) { return due() ? write(state) : absl::OkStatus(); }
+absl::Status ProgressFile::offer(const State& state) {
+  return due() ? replace_file(path_, text_of(state)) : absl::OkStatus();
+}
 
-absl::Status ProgressFile::write(const State& state) {
+absl::Status ProgressFile::write(const State& state) { return write_durably(path_, text_of(state)); }
+
+std::string ProgressFile::text_of(const State& state) {
   const auto figure = [&](const char* column) -> nlohmann::ordered_json {
     if (!sample_) return nullptr;
     return sample_->values[creep::column_index(creep::RecordKind::kSample, column)];
@@ -62,7 +66,7 @@ absl::Status ProgressFile::write(const State& state) {
       {"seconds_left", left ? nlohmann::ordered_json(*left) : nlohmann::ordered_json(nullptr)},
       {"warnings", state.warnings}};
   written_ = Clock::now();
-  return replace_file(path_, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 std::optional<double> ProgressFile::seconds_left(const creep::Progress& progress) {

@@ -36,13 +36,14 @@ class ProgressFile {
 
   /// Replaces the file unless that was done within the last second.
   absl::Status offer(const State& state);
-  /// Replaces the file.
+  /// Replaces the file, durably: the last word of an attempt.
   absl::Status write(const State& state);
 
   /// True if offer() would write: lets the caller skip collecting the state.
   bool due() const;
 
  private:
+  std::string text_of(const State& state);
   /// Seconds left in the last stage of the program, at the speed since this attempt entered it; nothing
   /// earlier, because what the later stages will cost is not known.
   std::optional<double> seconds_left(const creep::Progress& progress);

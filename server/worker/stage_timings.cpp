@@ -58,7 +58,7 @@ absl::Status StageTimings::write() const {
                   static_cast<long long>(cost.rebuilds), cost.wall_seconds, cost.particle_steps);
     text += line;
   }
-  return replace_file(path_, text);
+  return write_durably(path_, text);
 }
 
 }  // namespace creepd

@@ -32,7 +32,7 @@ class StageTimings {
   Cost of(std::int64_t row) const;
   Cost total() const;
 
-  /// Replaces the file.
+  /// Replaces the file, durably.
   absl::Status write() const;
 
  private:

@@ -1,9 +1,12 @@
 #include "server/worker/tables.h"
 
 #include <fcntl.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 
+#include "absl/strings/str_cat.h"
 #include "server/worker/durable_file.h"
 
 namespace creepd {
@@ -52,6 +55,15 @@ absl::Status Tables::append(std::span<const creep::Record> records, const StageT
   for (const auto& [kind, text] : texts) {
     if (auto written = write_all(files_.at(kind).get(), text, directory_ / table_name(kind)); !written.ok()) {
       return written;
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Tables::sync() const {
+  for (const auto& [kind, file] : files_) {
+    if (::fsync(file.get()) != 0) {
+      return errno_status(absl::StrCat("fsync ", (directory_ / table_name(kind)).string()), errno);
     }
   }
   return absl::OkStatus();

@@ -33,6 +33,9 @@ class Tables {
   /// Adds the rows of records that are new in the log.
   absl::Status append(std::span<const creep::Record> records, const StageTimings& timings);
 
+  /// Makes all rows durable. The names are with the next fsync of the directory.
+  absl::Status sync() const;
+
   std::int64_t stage_rows() const { return stage_rows_; }  ///< in stages.csv
 
  private:

@@ -49,11 +49,12 @@ struct Output {
 };
 
 absl::StatusOr<Output> open_output(const JobDirectory& files, std::int64_t attempt, WorkerLog& log) {
+  // First, since it refuses what a newer program has made: then nothing else is touched.
+  auto checkpoints = CheckpointStore::open(files.checkpoints(), &creep::read_checkpoint_info);
+  if (!checkpoints.ok()) return checkpoints.status();
   auto samples = SampleLog::open(files.sample_log());
   if (!samples.ok()) return samples.status();
   if (!samples->repair().empty()) log.line(samples->repair());
-  auto checkpoints = CheckpointStore::open(files.checkpoints(), &creep::read_checkpoint_info);
-  if (!checkpoints.ok()) return checkpoints.status();
   auto snapshots = SnapshotFolder::open(files.snapshots());
   if (!snapshots.ok()) return snapshots.status();
   auto timings = StageTimings::open(files.stage_timings());
@@ -232,6 +233,8 @@ class Attempt {
   absl::StatusOr<Ending> finish(const creep::Outcome& outcome) {
     const Ending ending = ending_of(outcome);
     if (auto synced = output_.samples.sync(); !synced.ok()) return synced;
+    // Nobody renders the tables again once the job is done.
+    if (auto synced = output_.tables.sync(); !synced.ok()) return synced;
     if (auto written = output_.timings.write(); !written.ok()) return written;
     facts_.total = output_.timings.total();
     if (auto written = write_summary(output_.files.summary(), run_, ending, facts_); !written.ok())
@@ -315,7 +318,9 @@ int work(const WorkerOptions& options, StopRequest& stop) {
   const auto before = read_verdict(files.verdict());
   if (before && before->exit_code == kDone) {
     log->line("nothing to do: the job is done");
-    return kDone;
+    // Of this attempt now: whoever started it has not heard of the one that did the job.
+    const auto told = write_verdict(files.verdict(), *before, lease->attempt());
+    return told.ok() ? kDone : kIoError;
   }
   std::error_code ignored;  // a verdict that cannot be removed is overwritten at the end
   std::filesystem::remove(files.verdict(), ignored);
