@@ -27,6 +27,18 @@ run_ctest() {
   return "$status"
 }
 
+# run_script FILE ARGUMENT...: a system test with other programs than ctest gives it; adds to the totals, fails if it failed.
+run_script() {
+  local status=0
+  "${creep_ctest_prefix[@]}" "$@" || status=$?
+  case "$status" in
+    0) creep_passed=$((creep_passed + 1)) ;;
+    77) creep_skipped=$((creep_skipped + 1)) ;;
+    *) creep_failed=$((creep_failed + 1)) ;;
+  esac
+  ((status == 0 || status == 77))
+}
+
 # The closing line.
 print_totals() {
   local line="$creep_passed passed, $creep_failed failed"
