@@ -12,7 +12,7 @@ creep_build_packages=(
 )
 creep_package_packages=(dpkg-dev file help2man)
 creep_test_packages=(libgtest-dev clang-format python3-grpcio)
-creep_long_test_packages=(python3-vtk9)
+creep_long_test_packages=(python3-vtk9 lammps)
 creep_tidy_packages=(clang-tidy)
 
 # Sets missing_packages to those of the given packages that are not installed.

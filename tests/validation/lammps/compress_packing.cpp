@@ -1,0 +1,105 @@
+// compress_packing relax PACKING STRESS            a frictionless smooth packing at rest under isotropic
+// STRESS [Pa] compress_packing load START FRICTION SPEED STRESS   compresses it along z at constant closing
+// SPEED [m/s] up to STRESS
+//
+// Both write to the standard output: a packing as packing_file.h reads it, a table of strain and wall
+// stresses.
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+#include "core/dem/dynamics.h"
+#include "tests/bench/packing_file.h"
+
+namespace creep {
+namespace {
+
+Experiment smooth_unbreakable(double friction) {
+  Experiment experiment;
+  experiment.material.roughness = 0.0;
+  experiment.material.friction = friction;
+  experiment.material.comminution_limit = 1.0;
+  return experiment;
+}
+
+Specimen start(const Experiment& experiment, const char* path) {
+  absl::StatusOr<Specimen> specimen = bench::read_packing(path, experiment, 0.0);
+  if (!specimen.ok()) {
+    std::fprintf(stderr, "%s\n", std::string(specimen.status().message()).c_str());
+    std::exit(1);
+  }
+  return *std::move(specimen);
+}
+
+const Kernels& kernels() { return avx2_kernels() != nullptr ? *avx2_kernels() : portable_kernels(); }
+
+void relax(const char* path, double stress) {
+  const Experiment experiment = smooth_unbreakable(0.0);
+  Dynamics dynamics(experiment, kernels(), {.threads = 1});
+  Specimen specimen = start(experiment, path);
+  dynamics.assess(specimen);
+  WallControl control{};
+  for (AxisControl& axis : control) axis = {AxisControl::Mode::kServo, stress, 0.1};
+  for (int cycle = 0; cycle < 200000; ++cycle) dynamics.cycle(specimen, control);
+  // At fixed walls the rest of the motion dies out.
+  for (int cycle = 0; cycle < 1000000 && !(cycle > 10000 && specimen.unbalanced_force_ratio < 1e-8);
+       ++cycle) {
+    dynamics.cycle(specimen, WallControl{});
+  }
+  const Walls& walls = specimen.walls;
+  std::printf(
+      "# x y z r (metres). box %.17g %.17g %.17g %.17g %.17g %.17g ; smooth, frictionless, %g Pa, unbalanced "
+      "%g\n",
+      walls.position[0], walls.position[2], walls.position[4], walls.position[1], walls.position[3],
+      walls.position[5], stress, specimen.unbalanced_force_ratio);
+  for (const Body& body : specimen.particles.body) {
+    std::printf("%.17g %.17g %.17g %.17g\n", body.x, body.y, body.z, body.radius);
+  }
+}
+
+struct Loading {
+  double friction, speed, step;
+  long every, count;
+};
+
+void load(const char* path, const Loading& loading) {
+  const Experiment experiment = smooth_unbreakable(loading.friction);
+  Dynamics dynamics(experiment, kernels(), {.threads = 1});
+  Specimen specimen = start(experiment, path);
+  dynamics.assess(specimen);
+  const double height = specimen.walls.length(2);
+  WallControl control{};
+  control[2] = {AxisControl::Mode::kVelocity, 0.0, loading.speed};
+  std::printf("axial_strain,axial_stress_Pa,radial_stress_Pa\n");
+  for (long cycle = 0; cycle <= loading.every * loading.count; ++cycle) {
+    const double strain = 1.0 - specimen.walls.length(2) / height;
+    // Walls as the coming cycle meets them, for the areas; forces as it finds them.
+    const double area[3] = {specimen.walls.area(0), specimen.walls.area(1), specimen.walls.area(2)};
+    specimen.time_step = loading.step;
+    dynamics.cycle(specimen, control);
+    if (cycle % loading.every != 0) continue;
+    const auto stress = [&](std::size_t axis) {
+      return 0.5 * (specimen.walls.force[2 * axis] + specimen.walls.force[2 * axis + 1]) / area[axis];
+    };
+    std::printf("%.9e,%.9e,%.9e\n", strain, stress(2), 0.5 * (stress(0) + stress(1)));
+  }
+}
+
+}  // namespace
+}  // namespace creep
+
+int main(int count, char** words) {
+  const std::string_view act = count > 1 ? words[1] : "";
+  if (act == "relax" && count == 4) {
+    creep::relax(words[2], std::atof(words[3]));
+  } else if (act == "load" && count == 8) {
+    creep::load(words[2], {std::atof(words[3]), std::atof(words[4]), std::atof(words[5]), std::atol(words[6]),
+                           std::atol(words[7])});
+  } else {
+    std::fprintf(
+        stderr,
+        "usage: compress_packing relax PACKING STRESS | load START FRICTION SPEED STEP EVERY COUNT\n");
+    return 2;
+  }
+  return 0;
+}
