@@ -233,10 +233,10 @@ absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std:
   if (!spec.ok()) return spec.status();
   submission.spec = *std::move(spec);
   auto checked = check_all(caller, submission);
-  if (!checked.ok()) return checked.status();
-  const bool goes_on = checked->job.experiment_hash == checkpoint->info.experiment_hash;
+  // A program that is wrong for a new specimen, like one that begins with creep, can be right from a
+  // checkpoint.
+  const bool goes_on = checked.ok() && checked->job.experiment_hash == checkpoint->info.experiment_hash;
   if (!goes_on) {
-    if (auto status = can_start(*checkpoint, checked->specimen_hash); !status.ok()) return status;
     auto started = creep::with_overrides(
         submission.spec,
         {{"start.job", quoted(source)}, {"start.checkpoint", quoted(name_of(checkpoint->choice))}});
@@ -244,6 +244,7 @@ absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std:
     submission.spec = *std::move(started);
     checked = check_all(caller, submission);
     if (!checked.ok()) return checked.status();
+    if (auto status = can_start(*checkpoint, checked->specimen_hash); !status.ok()) return status;
   } else if (checkpoint->info.finished) {
     return refuse(absl::StatusCode::kFailedPrecondition,
                   "the program of this checkpoint is carried out: give the new job another one",
