@@ -11,8 +11,9 @@ namespace creep {
 namespace {
 
 int clamp_cell(double coordinate, int cells) {
-  const int cell = static_cast<int>(std::floor(std::clamp(coordinate, -1.0, static_cast<double>(cells))));
-  return std::clamp(cell, 0, cells - 1);
+  // What is no number has a cell too: the guard that ends such a run looks at measuring cycles only.
+  const double bounded = coordinate > -1.0 ? std::min(coordinate, static_cast<double>(cells)) : -1.0;
+  return std::clamp(static_cast<int>(std::floor(bounded)), 0, cells - 1);
 }
 
 }  // namespace
