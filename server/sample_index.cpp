@@ -46,10 +46,12 @@ absl::StatusOr<creep::Record> SampleIndex::read(std::uint64_t index) {
   const std::lock_guard lock(mutex_);
   CREEP_CHECK(index < samples_.size(), "reads only samples that are there");
   if (auto status = open(); !status.ok()) return status;
-  reader_->seek(samples_[index].offset);
+  const Place place = samples_[index];
+  reader_->seek(place.offset);
   auto frame = reader_->next();
   if (!frame.ok()) return frame.status();
-  if (!*frame || !(*frame)->record) {
+  if (!*frame || !(*frame)->record || (*frame)->record->kind != creep::RecordKind::kSample ||
+      (*frame)->record->sequence != place.sequence) {
     return absl::DataLossError(absl::StrCat(path_.string(), ": sample ", index, " is gone"));
   }
   return *std::move((*frame)->record);

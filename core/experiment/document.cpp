@@ -3,21 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "core/experiment/toml_library.h"
 #include "core/experiment/wording.h"
-
-// Bounds the recursion of the parser, of its destructors and of convert() for any input.
-#define TOML_MAX_NESTED_VALUES 16
-#define TOML_EXCEPTIONS 0
-#define TOML_HEADER_ONLY 1
-// The library asserts (with NDEBUG: tells some compilers to assume) that a table's name begins well, and then
-// checks it properly: the assertion would abort on "[?]". Without both, every build gives the error.
-#undef NDEBUG
-#define TOML_ASSERT(expr) static_cast<void>(0)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wsign-conversion"
-#include <toml++/toml.h>
-#pragma GCC diagnostic pop
 
 namespace creep {
 namespace {

@@ -1,6 +1,7 @@
 #include "server/api/convert.h"
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -32,6 +33,14 @@ std::vector<const FieldDescriptor*> sample_fields() {
   return fields;
 }
 
+/// What a file of a job says, as a whole number: any double is possible there.
+template <class Integer>
+Integer whole(double value) {
+  constexpr auto kLeast = static_cast<double>(std::numeric_limits<Integer>::min());
+  if (!(value > kLeast)) return value <= kLeast ? std::numeric_limits<Integer>::min() : Integer{0};
+  return value < -kLeast ? static_cast<Integer>(value) : std::numeric_limits<Integer>::max();
+}
+
 }  // namespace
 
 void to_message(const creep::Record& sample, std::uint64_t index, v1::Sample& message) {
@@ -45,10 +54,10 @@ void to_message(const creep::Record& sample, std::uint64_t index, v1::Sample& me
         v1::Sample::GetReflection()->SetDouble(&message, kFields[i], value);
         break;
       case FieldDescriptor::CPPTYPE_ENUM:
-        v1::Sample::GetReflection()->SetEnumValue(&message, kFields[i], static_cast<int>(value));
+        v1::Sample::GetReflection()->SetEnumValue(&message, kFields[i], whole<std::int32_t>(value));
         break;
       default:
-        v1::Sample::GetReflection()->SetInt64(&message, kFields[i], static_cast<std::int64_t>(value));
+        v1::Sample::GetReflection()->SetInt64(&message, kFields[i], whole<std::int64_t>(value));
     }
   }
 }
@@ -62,10 +71,10 @@ bool to_message(const std::string& progress_json, v1::Progress& message) {
   };
   const auto stage = json.find("stage");
   if (stage != json.end() && stage->is_string()) message.set_stage(stage->get<std::string>());
-  message.set_stage_index(static_cast<std::int32_t>(number(json, "stage_index")));
-  message.set_stage_count(static_cast<std::int32_t>(number(json, "stage_count")));
+  message.set_stage_index(whole<std::int32_t>(number(json, "stage_index")));
+  message.set_stage_count(whole<std::int32_t>(number(json, "stage_count")));
   message.set_stage_fraction(number(json, "stage_fraction"));
-  message.set_dynamic_stage(static_cast<std::int64_t>(number(json, "dynamic_stage")));
+  message.set_dynamic_stage(whole<std::int64_t>(number(json, "dynamic_stage")));
   message.set_wall_seconds(number(json, "wall_seconds"));
   const auto speed = json.find("particle_steps_per_second");
   if (speed != json.end() && speed->is_object())
@@ -96,7 +105,8 @@ void to_message(const Job& job, v1::Job& message) {
   message.set_memory_estimate_bytes(job.memory_estimate);
   message.set_last_seq(job.last_seq());
   const auto sample = creep::decode(job.latest_sample);
-  if (sample.ok()) to_message(*sample, job.samples - 1, *message.mutable_latest_sample());
+  if (sample.ok() && sample->kind == creep::RecordKind::kSample)
+    to_message(*sample, job.samples - 1, *message.mutable_latest_sample());
   if (!to_message(job.progress, *message.mutable_progress())) message.clear_progress();
   message.set_spec(job.spec);
   for (const std::string& warning : job.warnings) message.add_warnings(warning);

@@ -7,19 +7,8 @@
 #include "core/arithmetic/check.h"
 #include "core/experiment/document.h"
 #include "core/experiment/experiment_toml.h"
+#include "core/experiment/toml_library.h"
 #include "tests/fuzz/target.h"
-
-// As core/experiment/document.cpp has them: one library, one set of options.
-#define TOML_MAX_NESTED_VALUES 16
-#define TOML_EXCEPTIONS 0
-#define TOML_HEADER_ONLY 1
-#undef NDEBUG
-#define TOML_ASSERT(expr) static_cast<void>(0)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wsign-conversion"
-#include <toml++/toml.h>
-#pragma GCC diagnostic pop
 
 namespace creep::fuzz {
 namespace {

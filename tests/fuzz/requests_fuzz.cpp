@@ -13,6 +13,7 @@
 #include <utility>
 
 #include <google/protobuf/message.h>
+#include <google/protobuf/stubs/logging.h>
 
 #include "core/arithmetic/check.h"
 #include "core/experiment/experiment_toml.h"
@@ -42,7 +43,16 @@ constexpr const char* kSpec =
     "[specimen]\nparticles = 20\n[[program]]\nstage = \"oedometric\"\nuntil = { axial_stress = \"1 MPa\" }\n";
 constexpr std::size_t kMostCalls = 16;
 constexpr std::size_t kMostRequest = 4096;
-constexpr std::uint64_t kSamples = 3;
+constexpr std::size_t kMostRecords = 32;
+constexpr std::size_t kSamples = 3;
+constexpr std::array kValues = {0.5,
+                                0.0,
+                                -1.0,
+                                3e9,
+                                -1e300,
+                                9.3e18,
+                                std::numeric_limits<double>::infinity(),
+                                std::numeric_limits<double>::quiet_NaN()};
 const std::array<Caller, 3> kCallers = {Caller{"uid:1001", false}, Caller{"uid:1002", false},
                                         Caller{"uid:0", true}};
 
@@ -58,9 +68,12 @@ enum class Verb : std::uint8_t {
   kListSamples,
   kListArtifacts,
   kFetch,
-  kStart,  // no call: the supervisor starts the next job
+  // No calls, but what happens between them:
+  kStart,     // the supervisor starts the next job
+  kProgress,  // the worker of "$0" tells its progress: the bytes as they are
+  kLog,       // and writes its log anew: a record for each byte, of the kind and with the values that it says
 };
-constexpr std::size_t kVerbs = 12;
+constexpr std::size_t kVerbs = 14;
 
 struct Call {
   std::uint8_t head = 0;
@@ -116,11 +129,9 @@ std::unique_ptr<Message> request_of(Verb verb) {
       return std::make_unique<v1::ListSamplesRequest>();
     case Verb::kListArtifacts:
       return std::make_unique<v1::ListArtifactsRequest>();
-    case Verb::kFetch:
-    case Verb::kStart:
+    default:
       return std::make_unique<v1::FetchArtifactRequest>();
   }
-  return nullptr;
 }
 
 /// What a client would be sent, read as a client reads it: among others, all texts are UTF-8.
@@ -154,6 +165,7 @@ void check_refusal(const absl::Status& status) {
 class Daemon {
  public:
   Daemon() {
+    google::protobuf::SetLogHandler(nullptr);  // requests that are no messages are the rule here
     std::filesystem::create_directories(directory_.path() / "jobs");
     store_ = *creepd::JobStore::open(directory_.path() / "creepd.db");
     jobs_.emplace(directory_.path() / "jobs",
@@ -167,6 +179,7 @@ class Daemon {
     for (const Call& call : calls) carry_out(call);
     check_pages();
     for (; known_.size() > 1; known_.pop_back()) drop(known_.back());
+    if (std::exchange(told_, false)) drop(known_.front());
     if (!store_->get(known_.front()).ok()) known_.clear();
   }
 
@@ -178,13 +191,7 @@ class Daemon {
     CREEP_CHECK(handler_->submit(kCallers[0], request, response).ok(), "the finished job is refused");
     known_.push_back(response.job().id());
     const creepd::JobDirectory directory(jobs_->folder(known_[0]));
-    auto log = creepd::SampleLog::open(directory.sample_log());
-    std::vector<Record> records;
-    for (std::uint64_t i = 0; i < kSamples; ++i) {
-      records.push_back(
-          {RecordKind::kSample, i, std::vector<double>(columns(RecordKind::kSample).size(), 0.5)});
-    }
-    CREEP_CHECK(log.ok() && log->append(records).ok(), "no room for samples");
+    write_log(std::string(kSamples, '\0'));
     static const std::string kCheckpoint =
         (*Run::start(*parse_experiment(kSpec).experiment, {}))->checkpoint();
     std::filesystem::create_directories(directory.checkpoints());
@@ -192,8 +199,6 @@ class Daemon {
                     creepd::replace_file(directory.checkpoints() / "ck.2", "damaged").ok(),
                 "no room for checkpoints");
     set_state(known_[0], creepd::JobState::kRunning);
-    CREEP_CHECK(store_->tell({{known_[0], kSamples, encode(records.back()), "{\"stage\":\"creep\"}"}}).ok(),
-                "the finished job tells nothing");
     set_state(known_[0], creepd::JobState::kSucceeded);
   }
 
@@ -204,6 +209,26 @@ class Daemon {
       return absl::OkStatus();
     });
     CREEP_CHECK(changed.ok(), "a legal change of state is refused");
+  }
+
+  void write_log(std::string_view recipe) {
+    const std::filesystem::path path = creepd::JobDirectory(jobs_->folder(known_[0])).sample_log();
+    // In the same file, so that what the daemon knows of the old one is wrong.
+    if (std::filesystem::exists(path)) std::filesystem::resize_file(path, 0);
+    std::vector<Record> records;
+    std::string latest;
+    std::uint64_t samples = 0;
+    for (std::uint64_t i = 0; i < recipe.size(); ++i) {
+      const auto byte = static_cast<unsigned char>(recipe[i]);
+      const RecordKind kind = kRecordKinds[byte % std::size(kRecordKinds)];
+      records.push_back(
+          {kind, i, std::vector<double>(columns(kind).size(), kValues[byte / 4 % kValues.size()])});
+      if (kind == RecordKind::kSample) ++samples;
+      if (byte < 64) latest = encode(records.back());
+    }
+    auto log = creepd::SampleLog::open(path);
+    CREEP_CHECK(log.ok() && log->append(records).ok(), "no room for samples");
+    CREEP_CHECK(store_->tell({{known_[0], samples, latest, ""}}).ok(), "samples cannot be told");
   }
 
   /// As the supervisor does.
@@ -277,6 +302,14 @@ class Daemon {
         });
       case Verb::kStart:
         return start_next();
+      case Verb::kProgress:
+        told_ = true;
+        CREEP_CHECK(store_->tell({{known_[0], 0, "", call.request}}).ok(), "progress cannot be told");
+        return;
+      case Verb::kLog:
+        if (!store_->get(known_[0]).ok()) return;
+        told_ = true;
+        return write_log(std::string_view(call.request).substr(0, kMostRecords));
     }
   }
 
@@ -346,6 +379,7 @@ class Daemon {
   std::optional<creepd::Jobs> jobs_;
   std::optional<creepd::RequestHandler> handler_;
   std::vector<std::string> known_;  ///< "$0", "$1", ...
+  bool told_ = false;               ///< "$0" is not as it was made
 };
 
 std::string call_of(Verb verb, std::size_t caller, const Message& request) {
@@ -419,7 +453,9 @@ std::vector<std::string> seeds() {
   v1::CancelJobRequest cancel;
   cancel.set_job("$1");
   cancel.set_mode(v1::CancelJobRequest::NOW);
-  const auto about = [&](Verb verb, std::size_t caller) { return call_of(verb, caller, job); };
+  const auto about = [job](Verb verb, std::size_t caller) { return call_of(verb, caller, job); };
+  job.set_job("$0");
+  const std::string of_finished = call_of(Verb::kGet, 0, job);
   const std::string start = call_of(Verb::kStart, 0, v1::GetServerInfoRequest());
   return {
       submitted + about(Verb::kGet, 0) + about(Verb::kGet, 1) + call_of(Verb::kList, 2, list),
@@ -428,6 +464,13 @@ std::vector<std::string> seeds() {
       call_of(Verb::kFork, 0, fork) + about(Verb::kListArtifacts, 0) + about(Verb::kListSamples, 0),
       call_of(Verb::kListSamples, 0, samples) + call_of(Verb::kFetch, 0, fetch) +
           call_of(Verb::kFetch, 1, fetch) + call_of(Verb::kListSamples, 2, samples),
+      joined({{static_cast<std::uint8_t>(Verb::kProgress),
+               "{\"stage\":\"creep\",\"stage_index\":1,\"stage_count\":2,\"stage_fraction\":0.5,"
+               "\"dynamic_stage\":3,\"particle_steps_per_second\":{\"recent\":1e7},\"wall_seconds\":9.5,"
+               "\"seconds_left\":null,\"warnings\":[\"loose\"]}"}}) +
+          of_finished + call_of(Verb::kListSamples, 0, samples) +
+          joined({{static_cast<std::uint8_t>(Verb::kLog), std::string("\0\1\2\3\4", 5)}}) +
+          call_of(Verb::kListSamples, 0, samples) + of_finished,
   };
 }
 
@@ -454,6 +497,10 @@ std::string altered(std::string_view bytes, Random& random) {
       call.request = mutated(call.request, kMostRequest);
       break;
     default: {
+      if (call.verb() >= Verb::kStart) {
+        call.request = mutated(call.request, kMostRequest);
+        break;
+      }
       const std::unique_ptr<Message> request = request_of(call.verb());
       static_cast<void>(request->ParseFromString(call.request));
       alter_field(*request, random);
