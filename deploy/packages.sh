@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The Debian 12 packages that creepd is built and tested with: the only list of them.
 #
-# Source it and call install_packages, or run it: deploy/packages.sh [build|package|test|long-test|tidy ...] (default: build).
+# Source it and call install_packages, or run it: deploy/packages.sh [build|package|test|long-test|tidy|fuzz ...] (default: build).
 # Each package's reason is in deploy/README.md.
 
 creep_build_packages=(
@@ -14,6 +14,7 @@ creep_package_packages=(dpkg-dev file help2man)
 creep_test_packages=(libgtest-dev clang-format python3-grpcio)
 creep_long_test_packages=(python3-vtk9 lammps)
 creep_tidy_packages=(clang-tidy)
+creep_fuzz_packages=(clang libclang-rt-14-dev)
 
 # Sets missing_packages to those of the given packages that are not installed.
 find_missing_packages() {
@@ -71,8 +72,9 @@ if [[ "${BASH_SOURCE[0]}" == "$0" ]]; then
       test) install_packages "${creep_test_packages[@]}" ;;
       long-test) install_packages "${creep_long_test_packages[@]}" ;;
       tidy) install_packages "${creep_tidy_packages[@]}" ;;
+      fuzz) install_packages "${creep_fuzz_packages[@]}" ;;
       *)
-        printf 'usage: %s [build|package|test|long-test|tidy ...]\n' "$0" >&2
+        printf 'usage: %s [build|package|test|long-test|tidy|fuzz ...]\n' "$0" >&2
         exit 2
         ;;
     esac
