@@ -12,8 +12,8 @@
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
 #pragma GCC diagnostic ignored "-Wsign-conversion"
-// It also tells the compiler that no letter from U+00A1 to U+0499 is ever asked whether it is a space, and then
-// asks that of each letter outside of strings: undefined for "4 µm" without quotes. The answer is no.
+// It also tells the compiler that no letter from U+00A1 to U+0499 is ever asked whether it is a space, and
+// then asks that of each letter outside of strings: undefined for "4 µm" without quotes. The answer is no.
 #include <toml++/impl/preprocessor.h>
 #undef TOML_UNREACHABLE
 #define TOML_UNREACHABLE return false
