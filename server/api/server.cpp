@@ -13,6 +13,7 @@
 #include <chrono>
 #include <cstring>
 #include <map>
+#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -41,19 +42,25 @@ constexpr int kPing = 30'000;       // [ms]
 constexpr int kLeastPing = 10'000;  // [ms] that a client must wait between two
 constexpr uid_t kNobody = 65534;    // whoever has no number here; never one user
 
-/// Writes into each call of a connection which user the kernel found at its other end.
+/// Writes into a connection, at its first call, which user the kernel found at its other end. All calls of a
+/// connection share its properties, and gRPC guards them with nothing: once a handler may read them they
+/// never change again.
 class NameUser final : public grpc::AuthMetadataProcessor {
  public:
   explicit NameUser(uid_t user) : user_(std::to_string(user)) {}
   bool IsBlocking() const override { return false; }
   grpc::Status Process(const InputMetadata& /*metadata*/, grpc::AuthContext* context,
                        OutputMetadata* /*consumed*/, OutputMetadata* /*answer*/) override {
-    context->AddProperty(kUserProperty, user_);
-    context->SetPeerIdentityPropertyName(kUserProperty);
+    const std::lock_guard<std::mutex> lock(first_call_);
+    if (context->FindPropertyValues(kUserProperty).empty()) {
+      context->AddProperty(kUserProperty, user_);
+      context->SetPeerIdentityPropertyName(kUserProperty);
+    }
     return grpc::Status::OK;
   }
 
  private:
+  std::mutex first_call_;
   std::string user_;
 };
 
