@@ -15,11 +15,17 @@ namespace {
 using creep::Dimension;
 using creep::format_quantity;
 
+/// "3000 particles", or where the specimen comes from if the job leaves it to its source.
+std::string specimen_text(const creep::Experiment& experiment) {
+  const creep::SpecimenSpec& specimen = experiment.specimen;
+  if (specimen.particles) return std::to_string(*specimen.particles) + " particles";
+  if (specimen.side) return "a cube of " + format_quantity(*specimen.side, Dimension::kLength);
+  return "the specimen of job " + experiment.start->job;
+}
+
 /// "3000 particles, oedometric to 21.7 MPa, creep for 2 d"
 std::string summary(const creep::Experiment& experiment) {
-  std::string text = experiment.specimen.particles
-                         ? std::to_string(*experiment.specimen.particles) + " particles"
-                         : "a cube of " + format_quantity(*experiment.specimen.side, Dimension::kLength);
+  std::string text = specimen_text(experiment);
   for (const creep::Stage& stage : experiment.program) text += ", " + creep::stage_text(stage);
   return text;
 }

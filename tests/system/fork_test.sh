@@ -20,6 +20,8 @@ stage = "creep"
 deviatoric_stress = "1 MPa"
 duration = "1 h"
 EOF
+expect_exit 0 "$bin/creepctl" validate "$work/started.toml"
+expect_output "the specimen of job reference"
 expect_exit 0 run_job "$work/started" "$work/started.toml"
 expect_exit 0 run_job "$work/started" "$work/started.toml"
 expect_output "finished already"
