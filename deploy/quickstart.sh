@@ -44,7 +44,7 @@ threads=$(nproc)
 if ((threads > 2)); then
   threads=2
 fi
-runtime=$(mktemp -d /tmp/creepd-XXXXXX)  # short: the path of a socket has at most 107 characters
+runtime=$(mktemp -d "${TMPDIR:-/tmp}/creepd-XXXXXX")  # short: the path of a socket has at most 107 characters
 export CREEPCTL_SERVER=$runtime/creepd.sock
 setsid setpriv --pdeathsig TERM "$bin/creepd" --state "$state" --socket "$CREEPCTL_SERVER" --slots 1 \
   --threads-per-job "$threads" >>"$state.log" 2>&1 9>&- &

@@ -13,7 +13,7 @@ ln -s "$bin" "$clone/build/release/bin"
 cp "$job" "$clone/client/examples/oedometer_creep.toml"
 printf '#!/bin/sh\n' >"$clone/stub/cmake"
 chmod +x "$clone/stub/cmake"
-export PATH=$clone/stub:$PATH
+export PATH=$clone/stub:$PATH TMPDIR=$work  # where a killed quick start leaves the folder of its socket
 job_has_checkpoint() { compgen -G "$clone/results/creepd/jobs/*/checkpoints/ck.*[0-9]" >/dev/null; }
 no_daemon() { flock -n "$clone/results/creepd/lock" true; }
 
