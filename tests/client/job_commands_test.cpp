@@ -246,7 +246,7 @@ TEST(JobTemplate, has_every_key_that_a_job_file_can_have) {
   std::size_t keys = 0;
   for (const std::string section : {"[specimen]", "[material]", "[[program]]", "[numerics]", "[output]"}) {
     std::string text = base;
-    text.insert(text.rfind(section) + section.size(), "\nqqqqqqqqqqqqqqqq = 1");
+    text.insert(text.rfind("\n" + section + "\n") + 1 + section.size(), "\nqqqqqqqqqqqqqqqq = 1");
     const creep::ParseResult result = creep::parse_experiment(text);
     ASSERT_EQ(result.errors.size(), 1U) << section;
     std::smatch match;
