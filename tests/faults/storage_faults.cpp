@@ -289,6 +289,42 @@ int stand_in_for_truncate(int descriptor, off_t size) {
       }));
 }
 
+/// By its name, not by a descriptor.
+int stand_in_for_truncate(const char* path, off_t size) {
+  const std::string whole = absolute(AT_FDCWD, path);
+  return static_cast<int>(stand_in(
+      "truncate", whole, true, 0, [&](std::size_t) { return ::syscall(SYS_truncate, path, size); },
+      [&](Journal& journal, long) {
+        struct stat about {};
+        if (::stat(path, &about) == 0)
+          journal.add({'T', whole, about.st_ino, static_cast<std::uint64_t>(size)});
+      }));
+}
+
+/// Returns the error instead of setting errno. Where a file system has no allocation of its own, libc writes
+/// to every block; here the file then only gets its size, which is as far as a test can tell them apart.
+int stand_in_for_allocate(int descriptor, off_t offset, off_t size) {
+  const std::string path = path_of(descriptor);
+  const int before = errno;
+  const long result = stand_in(
+      "posix_fallocate", path, true, 0,
+      [&](std::size_t) -> long {
+        const long allocated = ::syscall(SYS_fallocate, descriptor, 0, offset, size);
+        if (allocated == 0 || errno != EOPNOTSUPP) return allocated;
+        struct stat about {};
+        if (::fstat(descriptor, &about) != 0 || about.st_size >= offset + size) return 0;
+        return ::syscall(SYS_ftruncate, descriptor, offset + size);
+      },
+      [&](Journal& journal, long) {
+        struct stat about {};
+        if (::fstat(descriptor, &about) == 0)
+          journal.add({'T', path, about.st_ino, static_cast<std::uint64_t>(about.st_size)});
+      });
+  const int error = result == 0 ? 0 : errno;
+  errno = before;
+  return error;
+}
+
 int stand_in_for_names(const char* call, char operation, const char* path, const char* second, long number) {
   const std::string whole = absolute(AT_FDCWD, path);
   const std::string whole_second = absolute(AT_FDCWD, second);
@@ -383,6 +419,18 @@ int fdatasync(int descriptor) { return stand_in_for_sync("fdatasync", SYS_fdatas
 int ftruncate(int descriptor, off_t size) noexcept { return stand_in_for_truncate(descriptor, size); }
 
 int ftruncate64(int descriptor, off64_t size) noexcept { return stand_in_for_truncate(descriptor, size); }
+
+int truncate(const char* path, off_t size) noexcept { return stand_in_for_truncate(path, size); }
+
+int truncate64(const char* path, off64_t size) noexcept { return stand_in_for_truncate(path, size); }
+
+int posix_fallocate(int descriptor, off_t offset, off_t size) {
+  return stand_in_for_allocate(descriptor, offset, size);
+}
+
+int posix_fallocate64(int descriptor, off64_t offset, off64_t size) {
+  return stand_in_for_allocate(descriptor, offset, size);
+}
 
 int rename(const char* path, const char* second) noexcept {
   return stand_in_for_names("rename", 'R', path, second, SYS_rename);
