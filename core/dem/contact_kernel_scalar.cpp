@@ -48,18 +48,19 @@ double dot(double ax, double ay, double az, double bx, double by, double bz) {
   return std::fma(ax, bx, std::fma(ay, by, az * bz));
 }
 
-/// To the slot, or straight to the particles.
-void hand_over(const ContactPhase& phase, CycleKind kind, std::size_t c, const ContactForce& f) {
-  const std::uint8_t deferred = kind.measure ? kDeferFirst | kDeferSecond : phase.deferred[c];
-  if (deferred != 0) phase.force[c] = f;
-  if ((deferred & kDeferFirst) == 0) {
-    ContactForce& sum = phase.resultant[phase.first[c]];
-    sum = {sum.x + f.x, sum.y + f.y, sum.z + f.z, 0.0};
-  }
-  if ((deferred & kDeferSecond) == 0) {
-    ContactForce& sum = phase.resultant[phase.second[c]];
-    sum = {sum.x - f.x, sum.y - f.y, sum.z - f.z, 0.0};
-  }
+/// To the slot, and straight to the particles where no other thread adds to them.
+void hand_over(const ContactPhase& phase, CycleKind kind, std::size_t c, const ContactForce& f,
+               double stress) {
+  const std::uint8_t deferred = phase.deferred[c];
+  if (kind.measure || deferred != 0) phase.force[c] = f;
+  if (kind.measure) phase.stress[c] = stress;
+  const auto add = [&](std::int32_t particle, double sign) {
+    ContactForce& sum = phase.resultant[particle];
+    sum = {sum.x + sign * f.x, sum.y + sign * f.y, sum.z + sign * f.z, sum.stiffness + f.stiffness};
+    if (kind.measure) phase.peak_stress[particle] = std::max(phase.peak_stress[particle], stress);
+  };
+  if ((deferred & kDeferFirst) == 0) add(phase.first[c], 1.0);
+  if ((deferred & kDeferSecond) == 0) add(phase.second[c], -1.0);
 }
 
 void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, ContactSums& sums) {
@@ -71,8 +72,7 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   const double overlap = reach - distance;
   if (!(overlap > 0.0)) {
     phase.shear_x[c] = phase.shear_y[c] = phase.shear_z[c] = 0.0;
-    hand_over(phase, kind, c, {0.0, 0.0, 0.0, 0.0});
-    if (kind.measure) phase.stress[c] = 0.0;
+    hand_over(phase, kind, c, {0.0, 0.0, 0.0, 0.0}, 0.0);
     return;
   }
   const double inverse = 1.0 / distance;
@@ -113,12 +113,10 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   phase.shear_z[c] = tz;
   const double fx = std::fma(0.0 - fn, nx, tx), fy = std::fma(0.0 - fn, ny, ty),
                fz = std::fma(0.0 - fn, nz, tz);
-  hand_over(phase, kind, c, {fx, fy, fz, kn});
-
   const double area = root_radius * root_radius * overlap;  // eq 12, over pi
+  hand_over(phase, kind, c, {fx, fy, fz, kind.measure ? kn : 0.0}, fn / (std::numbers::pi * area));
   if (kind.check && fn > std::min(a.breaking_stress, b.breaking_stress) * area) sums.breaking = true;
   if (kind.measure) {
-    phase.stress[c] = fn / (std::numbers::pi * area);
     sums.force += to_quanta(std::sqrt(dot(fx, fy, fz, fx, fy, fz)), 0x1p40);
     sums.overlap += to_quanta(overlap, 0x1p60);
     ++sums.touching;

@@ -228,6 +228,7 @@ void ContactSearch::lay_rows(Specimen& specimen, Team& team) {
 
 void ContactSearch::share_out(Contacts& contacts, std::size_t particles, const Team& team) const {
   contacts.resultant.assign(particles, ContactForce{0.0, 0.0, 0.0, 0.0});
+  contacts.peak_stress.assign(particles, 0.0);
   contacts.shared.assign(particles, 0);
   contacts.deferred.assign(contacts.first.size(), 0);
   // Padding repeats the last contact and must not be added to its particles.

@@ -71,6 +71,7 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   contact_phase.resultant = contacts.resultant.data();
   contact_phase.deferred = contacts.deferred.data();
   contact_phase.stress = contacts.stress.data();
+  contact_phase.peak_stress = contacts.peak_stress.data();
   contact_phase.law = model_.view();
   contact_phase.modulus = model_.modulus;
   contact_phase.tangential_ratio = model_.tangential_ratio;
@@ -94,6 +95,7 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   phase.resultant = contacts.resultant.data();
   phase.shared = contacts.shared.data();
   phase.stress = contacts.stress.data();
+  phase.peak_stress = contacts.peak_stress.data();
   phase.own_begin = contacts.own_begin.data();
   phase.lower_begin = contacts.lower_begin.data();
   phase.lower_contact = contacts.lower_contact.data();
@@ -116,7 +118,7 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
     phase.floor_stiffness = model_.modulus * std::sqrt(0.5) * model_.law.slope(overlap);
   }
   team_.run([&](int member) {
-    const Share share = team_.share(particles.size(), member);
+    const Share share = team_.share(particles.size(), member, kKernelGrain);
     kernels_.particles(phase, kind, share.begin, share.end,
                        of_member_[static_cast<std::size_t>(member)].particles);
   });

@@ -104,6 +104,38 @@ inline double move(const ParticlePhase& phase, Quad force, double mass, Quad& po
 
 }  // namespace particle
 
+/// What only some particles have: contacts of several threads, whose slots are added up here, and walls.
+template <bool kMeasure>
+void complete(const ParticlePhase& phase, CycleKind kind, std::size_t i, ParticleSums& sums) {
+  using namespace particle;
+  Quad force = load_quad(&phase.resultant[i].x);
+  double stress = kMeasure ? phase.peak_stress[i] : 0.0;
+  if (phase.shared[i] != 0) {
+    force = quad_all(0.0);
+    const auto add = [&](std::int32_t c, Quad sum) {
+      force = sum;
+      if constexpr (kMeasure) stress = phase.stress[c] > stress ? phase.stress[c] : stress;
+    };
+    for (std::int32_t k = phase.lower_begin[i]; k < phase.lower_begin[i + 1]; ++k) {
+      const std::int32_t c = phase.lower_contact[k];
+      add(c, force + turned(load_quad(&phase.force[c].x)));
+    }
+    for (std::int32_t c = phase.own_begin[i]; c < phase.own_begin[i + 1]; ++c)
+      add(c, force + load_quad(&phase.force[c].x));
+  }
+  if (const unsigned near = phase.near_walls[i]; near != 0) {
+    const WallLoad load = wall_contacts(phase, phase.body[i], near, kind, sums);
+    force = force + quad(load.force[0], load.force[1], load.force[2], load.stiffness);
+    stress = load.stress > stress ? load.stress : stress;
+    if (load.breaking > 0.0) {
+      sums.breaking = true;
+      phase.breaking[i] = load.breaking;
+    }
+  }
+  store_quad(&phase.resultant[i].x, force);
+  if constexpr (kMeasure) phase.peak_stress[i] = stress;
+}
+
 template <bool kMeasure, bool kMove>
 void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                   ParticleSums& sums) {
@@ -113,47 +145,16 @@ void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin,
   double stiffest = sums.largest_stiffness_over_mass;
   for (std::size_t i = begin; i < end; ++i) {
     Body& body = phase.body[i];
-    double* const resultant = &phase.resultant[i].x;
-    Quad force = load_quad(resultant);
-    double contact_stiffness = 0.0, stress = 0.0;
-    if (kMeasure || phase.shared[i] != 0) {
-      force = quad_all(0.0);
-      const std::int32_t lower_end = phase.lower_begin[i + 1];
-      for (std::int32_t k = phase.lower_begin[i]; k < lower_end; ++k) {
-        const std::int32_t c = phase.lower_contact[k];
-        force = force - load_quad(&phase.force[c].x);
-        if constexpr (kMeasure) {
-          contact_stiffness += phase.force[c].stiffness;
-          stress = phase.stress[c] > stress ? phase.stress[c] : stress;
-        }
-      }
-      const std::int32_t own_end = phase.own_begin[i + 1];
-      for (std::int32_t c = phase.own_begin[i]; c < own_end; ++c) {
-        force = force + load_quad(&phase.force[c].x);
-        if constexpr (kMeasure) {
-          contact_stiffness += phase.force[c].stiffness;
-          stress = phase.stress[c] > stress ? phase.stress[c] : stress;
-        }
-      }
-    }
-    store_quad(resultant, quad_all(0.0));
-    double wall_stiffness = 0.0;
-    if (const unsigned near = phase.near_walls[i]; near != 0) {
-      const WallLoad load = wall_contacts(phase, body, near, kind, sums);
-      force = force + quad(load.force[0], load.force[1], load.force[2], 0.0);
-      wall_stiffness = load.stiffness;
-      stress = load.stress > stress ? load.stress : stress;
-      if (load.breaking > 0.0) {
-        sums.breaking = true;
-        phase.breaking[i] = load.breaking;
-      }
-    }
+    if (phase.shared[i] != 0 || phase.near_walls[i] != 0) complete<kMeasure>(phase, kind, i, sums);
+    const Quad force = load_quad(&phase.resultant[i].x);
+    store_quad(&phase.resultant[i].x, quad_all(0.0));
     const double mass = phase.inertial_mass[i];
     if constexpr (kMeasure) {
       alignas(32) double f[4];
       store_quad(f, force);
-      const double stiffness = wall_stiffness + contact_stiffness;
-      phase.mobilised_stress[i] = stress;
+      const double stiffness = f[3];
+      phase.mobilised_stress[i] = phase.peak_stress[i];
+      phase.peak_stress[i] = 0.0;
       if (stiffness > 0.0) {
         ++sums.with_contacts;
         sums.resultant += to_quanta(__builtin_sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]), 0x1p40);

@@ -41,6 +41,7 @@ struct Contacts {
   AlignedVector<double> shear_x, shear_y, shear_z;  ///< tangential force on first [N], padded
   AlignedVector<ContactForce> force;        ///< of the last measuring cycle, padded; a work space of kernels
   AlignedVector<ContactForce> resultant;    ///< n: zero between cycles; a work space of kernels
+  AlignedVector<double> peak_stress;        ///< n: zero between cycles; a work space of kernels
   std::vector<std::uint8_t> deferred;       ///< padded: which ends are added up by the particle kernel
   std::vector<std::uint8_t> shared;         ///< n: 1 if the contacts fall to different threads
   AlignedVector<double> stress;             ///< F/(pi r' delta) of the last measuring cycle [Pa], padded
