@@ -45,6 +45,7 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
 
   contacts.near_walls.resize(n);
   contacts.reference.resize(n);
+  contacts.special.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const Body& body = specimen.particles.body[i];
     const double centre[3] = {body.x, body.y, body.z};
@@ -58,6 +59,7 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
       }
     }
     contacts.near_walls[i] = near;
+    if (near != 0 || contacts.shared[i] != 0) contacts.special.push_back(static_cast<std::int32_t>(i));
     contacts.reference[i] = {body.x, body.y, body.z, reach_[i] * reach_[i]};
   }
   contacts.wall_reference = specimen.walls.position;

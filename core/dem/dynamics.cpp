@@ -100,6 +100,8 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   phase.lower_begin = contacts.lower_begin.data();
   phase.lower_contact = contacts.lower_contact.data();
   phase.near_walls = contacts.near_walls.data();
+  phase.special = contacts.special.data();
+  phase.special_count = contacts.special.size();
   phase.reference = contacts.reference.data();
   phase.inertial_mass = particles.inertial_mass.data();
   phase.mobilised_stress = particles.mobilised_stress.data();

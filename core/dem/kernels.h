@@ -70,8 +70,10 @@ struct ContactSums {
 struct ParticlePhase {
   Body* body = nullptr;
   const ContactForce* force = nullptr;
-  ContactForce* resultant = nullptr;     ///< left zero for the next cycle
-  const std::uint8_t* shared = nullptr;  ///< 1: add up slots instead
+  ContactForce* resultant = nullptr;      ///< left zero for the next cycle
+  const std::uint8_t* shared = nullptr;   ///< 1: add up slots instead
+  const std::int32_t* special = nullptr;  ///< particles that are shared or near walls, ascending
+  std::size_t special_count = 0;
   const double* stress = nullptr;
   double* peak_stress = nullptr;  ///< left zero for the next cycle
   const std::int32_t* own_begin = nullptr;

@@ -4,6 +4,7 @@
 // nothing but the law's polynomial, so it gives the same bits in each. The resultant is summed in ascending
 // neighbour id: walls, then neighbours of lower id (they own the contact, so the force is subtracted), then
 // those of higher id.
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -59,9 +60,8 @@ inline WallLoad wall_contacts(const ParticlePhase& phase, const Body& body, unsi
                               ParticleSums& sums) {
   WallLoad load;
   const double centre[3] = {body.x, body.y, body.z};
-  const double prefactor = phase.wall_modulus * __builtin_sqrt(body.radius);
-  for (unsigned wall = 0; wall < 6; ++wall) {
-    if ((near >> wall & 1u) == 0) continue;
+  for (; near != 0; near &= near - 1) {
+    const auto wall = static_cast<unsigned>(std::countr_zero(near));
     const unsigned axis = wall / 2;
     const bool high = (wall & 1u) != 0;
     const double gap =
@@ -70,6 +70,7 @@ inline WallLoad wall_contacts(const ParticlePhase& phase, const Body& body, unsi
     if (!(overlap > 0.0)) continue;
     double g, slope;
     evaluate(phase.law, overlap, g, slope);
+    const double prefactor = phase.wall_modulus * __builtin_sqrt(body.radius);
     const double force = prefactor * g, stiffness = prefactor * slope;
     load.force[axis] += high ? -force : force;
     load.stiffness += stiffness;
@@ -136,16 +137,26 @@ void complete(const ParticlePhase& phase, CycleKind kind, std::size_t i, Particl
   if constexpr (kMeasure) phase.peak_stress[i] = stress;
 }
 
+/// Before any of them moves: a loop of its own is one whose turns the processor can foresee.
+template <bool kMeasure>
+void complete_special(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
+                      ParticleSums& sums) {
+  const std::int32_t* const last = phase.special + phase.special_count;
+  const std::int32_t* i = std::lower_bound(phase.special, last, static_cast<std::int32_t>(begin));
+  for (; i != last && static_cast<std::size_t>(*i) < end; ++i)
+    complete<kMeasure>(phase, kind, static_cast<std::size_t>(*i), sums);
+}
+
 template <bool kMeasure, bool kMove>
 void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                   ParticleSums& sums) {
   using namespace particle;
+  complete_special<kMeasure>(phase, kind, begin, end, sums);
   bool list_ends = false;
   std::int64_t damping = 0;
   double stiffest = sums.largest_stiffness_over_mass;
   for (std::size_t i = begin; i < end; ++i) {
     Body& body = phase.body[i];
-    if (phase.shared[i] != 0 || phase.near_walls[i] != 0) complete<kMeasure>(phase, kind, i, sums);
     const Quad force = load_quad(&phase.resultant[i].x);
     store_quad(&phase.resultant[i].x, quad_all(0.0));
     const double mass = phase.inertial_mass[i];

@@ -1,7 +1,7 @@
 // The particle kernel, several particles at a time: particle_kernel.h operation by operation. (kernel)
 //
 // Read the plain one first; it does the last few particles of a share, and cycles that do not move. What only
-// some particles have is completed particle by particle before its group moves.
+// some particles have is completed before.
 #pragma once
 
 #include "core/dem/kernels.h"
@@ -70,16 +70,8 @@ void move_particles(const ParticlePhase& phase, CycleKind kind, std::size_t begi
                     ParticleSums& sums) {
   Moved moved;
   std::size_t i = begin;
-  for (; i + kLanes <= end; i += kLanes) {
-    std::uint64_t near_walls = 0, shared = 0;
-    __builtin_memcpy(&near_walls, phase.near_walls + i, kLanes);
-    __builtin_memcpy(&shared, phase.shared + i, kLanes);
-    if ((near_walls | shared) != 0) {
-      for (std::size_t k = i; k < i + kLanes; ++k)
-        if (phase.near_walls[k] != 0 || phase.shared[k] != 0) complete<kMeasure>(phase, kind, k, sums);
-    }
-    move_group<kMeasure>(phase, i, moved);
-  }
+  complete_special<kMeasure>(phase, kind, begin, begin + (end - begin) / kLanes * kLanes, sums);
+  for (; i + kLanes <= end; i += kLanes) move_group<kMeasure>(phase, i, moved);
   sums.damping += sum(moved.damping);
   sums.list_ends = sums.list_ends || moved.list_ends;
   if constexpr (kMeasure) {

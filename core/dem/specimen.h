@@ -50,6 +50,7 @@ struct Contacts {
   std::vector<std::int32_t> lower_begin;    ///< n+1: places in lower_contact of those of which i is second
   std::vector<std::int32_t> lower_contact;  ///< ascending first
   std::vector<std::uint8_t> near_walls;     ///< n: bit w set if wall w is within the skin
+  std::vector<std::int32_t> special;        ///< particles that are shared or near walls, ascending
   AlignedVector<ListReference> reference;   ///< n: how far the list holds
   std::array<double, 6> wall_reference{};   ///< wall positions then [m]
   bool valid = false;                       ///< false: must be searched anew before the next cycle

@@ -297,6 +297,11 @@ struct Heap {
       contacts.peak_stress[i] = draw.one_in(4) ? 0.0 : draw.log_between(1e5, 1e10);
       contacts.shared[i] = draw.one_in(3) ? 1 : 0;
     }
+    contacts.special.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (contacts.shared[i] != 0 || contacts.near_walls[i] != 0)
+        contacts.special.push_back(static_cast<std::int32_t>(i));
+    }
     breaking.assign(count, 0.0);
   }
 
@@ -313,6 +318,8 @@ struct Heap {
     phase.lower_begin = contacts.lower_begin.data();
     phase.lower_contact = contacts.lower_contact.data();
     phase.near_walls = contacts.near_walls.data();
+    phase.special = contacts.special.data();
+    phase.special_count = contacts.special.size();
     phase.reference = contacts.reference.data();
     phase.inertial_mass = specimen.particles.inertial_mass.data();
     phase.mobilised_stress = specimen.particles.mobilised_stress.data();
