@@ -23,6 +23,22 @@ inline Lanes3 fma3(Vec s, const Lanes3& a, const Lanes3& b) {
   return {fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
 }
 
+/// a x b
+inline Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+  const Vec zero = all(0.0);
+  return {fma(a.y, b.z, zero - a.z * b.y), fma(a.z, b.x, zero - a.x * b.z), fma(a.x, b.y, zero - a.y * b.x)};
+}
+
+/// r1 omega1 + r2 omega2 of contacts c, c+1, ...
+inline Lanes3 rolling(const ContactPhase& phase, std::size_t c) {
+  Vec a[8], b[8], p[4], q[4];
+  load_bodies(phase.body, phase.first + c, a);
+  load_bodies(phase.body, phase.second + c, b);
+  load_quads(&phase.spin->x, load_indices(phase.first + c), p);
+  load_quads(&phase.spin->x, load_indices(phase.second + c), q);
+  return {fma(a[3], p[0], b[3] * q[0]), fma(a[3], p[1], b[3] * q[1]), fma(a[3], p[2], b[3] * q[2])};
+}
+
 template <bool kRough>
 inline void evaluate(const LawView& law, Vec overlap, Vec& g, Vec& slope) {
   if constexpr (kRough) {
@@ -99,7 +115,7 @@ inline void hand_over(const ContactPhase& phase, std::size_t c, const Lanes3& f,
   }
 }
 
-template <bool kRough, bool kMeasure, bool kCheck>
+template <bool kTurning, bool kRough, bool kMeasure, bool kCheck>
 void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, ContactSums& sums) {
   const Vec zero = all(0.0);
   Int tangential_work = all_int(0), friction = all_int(0), force_sum = all_int(0), overlap_sum = all_int(0);
@@ -123,6 +139,7 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
       store(phase.shear_x + c, zero);
       store(phase.shear_y + c, zero);
       store(phase.shear_z + c, zero);
+      if constexpr (kTurning) store_forces(phase.couple + c, zero, zero, zero, zero);
       hand_over<kMeasure>(phase, c, {zero, zero, zero}, zero, pending);
       if constexpr (kMeasure) store(phase.stress + c, zero);
       continue;
@@ -138,7 +155,12 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
     const Vec kt = all(phase.tangential_ratio) * kn;
 
     const Vec drift = all(phase.drift);
-    const Lanes3 u{pair[4] * drift, pair[5] * drift, pair[6] * drift};
+    Lanes3 v{pair[4], pair[5], pair[6]};
+    if constexpr (kTurning) {
+      const Lanes3 lag = cross(rolling(phase, c), n);
+      v = {v.x - lag.x, v.y - lag.y, v.z - lag.z};
+    }
+    const Lanes3 u = scaled(v, drift);
     const Lanes3 s = fma3(zero - dot(u, n), n, u);
     const Lanes3 old{load(phase.shear_x + c), load(phase.shear_y + c), load(phase.shear_z + c)};
     const Lanes3 trial = fma3(kt, s, fma3(zero - dot(old, n), n, old));
@@ -158,6 +180,11 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
     store(phase.shear_x + c, keep(touching, t.x));
     store(phase.shear_y + c, keep(touching, t.y));
     store(phase.shear_z + c, keep(touching, t.z));
+    if constexpr (kTurning) {
+      const Lanes3 couple = cross(n, t);
+      store_forces(phase.couple + c, keep(touching, couple.x), keep(touching, couple.y),
+                   keep(touching, couple.z), zero);
+    }
     const Lanes3 f = fma3(zero - fn, n, t);
     hand_over<kMeasure>(phase, c, {keep(touching, f.x), keep(touching, f.y), keep(touching, f.z)},
                         keep(touching, kn), pending);
@@ -193,22 +220,28 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
   }
 }
 
-template <bool kRough>
+template <bool kTurning, bool kRough>
 void contacts_with_law(const ContactPhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                        ContactSums& sums) {
   if (kind.measure) {
-    kind.check ? contacts_of<kRough, true, true>(phase, begin, end, sums)
-               : contacts_of<kRough, true, false>(phase, begin, end, sums);
+    kind.check ? contacts_of<kTurning, kRough, true, true>(phase, begin, end, sums)
+               : contacts_of<kTurning, kRough, true, false>(phase, begin, end, sums);
   } else {
-    kind.check ? contacts_of<kRough, false, true>(phase, begin, end, sums)
-               : contacts_of<kRough, false, false>(phase, begin, end, sums);
+    kind.check ? contacts_of<kTurning, kRough, false, true>(phase, begin, end, sums)
+               : contacts_of<kTurning, kRough, false, false>(phase, begin, end, sums);
   }
 }
 
 inline void contacts(const ContactPhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                      ContactSums& sums) {
-  phase.law.cells == nullptr ? contacts_with_law<false>(phase, kind, begin, end, sums)
-                             : contacts_with_law<true>(phase, kind, begin, end, sums);
+  const bool rough = phase.law.cells != nullptr;
+  if (phase.spin == nullptr) {
+    rough ? contacts_with_law<false, true>(phase, kind, begin, end, sums)
+          : contacts_with_law<false, false>(phase, kind, begin, end, sums);
+  } else {
+    rough ? contacts_with_law<true, true>(phase, kind, begin, end, sums)
+          : contacts_with_law<true, false>(phase, kind, begin, end, sums);
+  }
 }
 
 }  // namespace creep::CREEP_KERNEL_NAMESPACE

@@ -49,6 +49,9 @@ struct ContactPhase {
   ContactForce* resultant = nullptr;       ///< of particles; zero at the start of a cycle
   const std::uint8_t* deferred = nullptr;  ///< kDeferFirst, kDeferSecond
   double* stress = nullptr;
+  const Spin* spin = nullptr;  ///< of particles; nullptr: rotation is blocked, and costs nothing
+  ContactForce* couple =
+      nullptr;  ///< normal x tangential force [N]: times its radius the moment on a particle
   LawView law;
   double modulus = 0.0;           ///< E' [Pa]
   double tangential_ratio = 0.0;  ///< kt/kn [-]

@@ -132,21 +132,48 @@ TEST(Checkpoint, made_with_other_arithmetic_needs_a_word_and_leaves_a_mark) {
   EXPECT_TRUE(read_checkpoint_info((*run)->checkpoint())->inexact);
 }
 
-TEST(Checkpoint, of_version_1_is_read) {
-  std::ifstream file(CREEP_SOURCE_DIR "/tests/core/checkpoint_v1.bin", std::ios::binary);
+class OldCheckpoint : public ::testing::TestWithParam<std::uint32_t> {};
+
+TEST_P(OldCheckpoint, is_read) {
+  std::ifstream file(CREEP_SOURCE_DIR "/tests/core/checkpoint_v" + std::to_string(GetParam()) + ".bin",
+                     std::ios::binary);
   std::ostringstream old;
   old << file.rdbuf();
   const auto info = read_checkpoint_info(old.str());
   ASSERT_TRUE(info.ok()) << info.status();
-  EXPECT_EQ(info->format_version, 1u);
+  EXPECT_EQ(info->format_version, GetParam());
   const auto state = read_checkpoint(old.str());
   ASSERT_TRUE(state.ok()) << state.status();
   EXPECT_EQ(digest_of(*state), info->state_digest);
-  EXPECT_EQ(state->cursor.next_snapshot_age, Cursor::kFirstSnapshotAge);
+  if (GetParam() == 1) {
+    EXPECT_EQ(state->cursor.next_snapshot_age, Cursor::kFirstSnapshotAge);
+  }
+  EXPECT_TRUE(state->specimen.particles.spin.empty());
   const auto rewritten = read_checkpoint_info(write_checkpoint(*state, *info));
   ASSERT_TRUE(rewritten.ok()) << rewritten.status();
   EXPECT_EQ(rewritten->format_version, kCheckpointVersion);
   EXPECT_EQ(rewritten->state_digest, info->state_digest);
+}
+
+INSTANTIATE_TEST_SUITE_P(Versions, OldCheckpoint, ::testing::Values(1u, 2u, 3u));
+
+TEST(Checkpoint, keeps_the_spins_of_grains_that_may_turn) {
+  Experiment experiment = short_job();
+  experiment.material.free_rotation = true;
+  const std::unique_ptr<creep::Run> run = started(experiment);
+  while (run->progress().stage == "packing") run->advance(1000000);
+  run->advance(1000);
+  const std::string checkpoint = run->checkpoint();
+  const auto state = read_checkpoint(checkpoint);
+  ASSERT_TRUE(state.ok()) << state.status();
+  ASSERT_EQ(state->specimen.particles.spin.size(), state->specimen.particles.size());
+  EXPECT_NE(state->specimen.particles.spin.back().x, 0.0);
+  const auto resumed = Run::resume(experiment, {}, checkpoint);
+  ASSERT_TRUE(resumed.ok()) << resumed.status();
+  run->advance(500);
+  (*resumed)->advance(500);
+  EXPECT_EQ((*resumed)->state_digest(), run->state_digest());
+  EXPECT_TRUE(absl::IsInvalidArgument(Run::resume(short_job(), {}, checkpoint).status()));
 }
 
 /// Of the job below, at the beginning of its hold, by the last program that wrote version 2.

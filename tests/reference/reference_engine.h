@@ -26,12 +26,13 @@ struct Grain {
   std::uint64_t id = 0;
   std::uint64_t parent = 0;
   std::int32_t generation = 0;
-  Eigen::Vector3d position, velocity;  ///< [m], [m/s]
-  double radius = 0.0;                 ///< [m]
-  double mass = 0.0;                   ///< [kg]
-  double limit_stress = 0.0;           ///< [Pa]
-  double crack = 0.0;                  ///< [m]
-  double mobilised_stress = 0.0;       ///< of the last measuring cycle [Pa]
+  Eigen::Vector3d position, velocity;              ///< [m], [m/s]
+  double radius = 0.0;                             ///< [m]
+  double mass = 0.0;                               ///< [kg]
+  double limit_stress = 0.0;                       ///< [Pa]
+  double crack = 0.0;                              ///< [m]
+  double mobilised_stress = 0.0;                   ///< of the last measuring cycle [Pa]
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();  ///< [rad/s]
 };
 
 struct Wall {
@@ -68,13 +69,15 @@ class Engine {
   void book(const Loads& loads, bool measure);
   double stable_step(const Loads& loads) const;
   void move(const Loads& loads, double kick, double drift);
+  void turn(const Loads& loads, double kick);
   void steer(const WallControl& control);
   void grow_cracks(std::set<std::uint64_t>& failed);
   void split(const std::set<std::uint64_t>& failed);
   void assess();
   Eigen::Vector3d loaded_direction(std::size_t index) const;
   void add_grain(std::uint64_t id, std::uint64_t parent, std::int32_t generation, double radius,
-                 const Eigen::Vector3d& position, const Eigen::Vector3d& velocity);
+                 const Eigen::Vector3d& position, const Eigen::Vector3d& velocity,
+                 const Eigen::Vector3d& spin);
   double wall_gap(std::size_t wall, const Grain& grain) const;
 
   const Experiment& experiment_;
