@@ -198,7 +198,7 @@ void Dynamics::book(Specimen& specimen, const Sums& sums, CycleKind kind) const 
 }
 
 void Dynamics::move_walls(Specimen& specimen, const WallControl& control, double drift) const {
-  steer(specimen.walls, control, specimen.initial_mass, median_diameter_);
+  steer(specimen.walls, control, specimen.initial_mass, median_diameter_, drift);
   for (std::size_t w = 0; w < 6; ++w) specimen.walls.position[w] += specimen.walls.velocity[w] * drift;
 }
 

@@ -62,6 +62,7 @@ struct Walls {
   std::array<double, 6> velocity{};   ///< along its axis, half a step behind [m/s]
   std::array<double, 6> force{};      ///< reaction, compression positive [N]
   std::array<double, 6> stiffness{};  ///< summed normal stiffness of its contacts [N/m]
+  std::array<double, 3> carried{};    ///< inward velocity of a pair that follows its specimen (servo.h) [m/s]
 
   double length(std::size_t axis) const { return position[2 * axis + 1] - position[2 * axis]; }
   double area(std::size_t axis) const { return length((axis + 1) % 3) * length((axis + 2) % 3); }

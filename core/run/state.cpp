@@ -1,5 +1,6 @@
 #include "core/run/state.h"
 
+#include <array>
 #include <bit>
 #include <cstring>
 #include <type_traits>
@@ -226,6 +227,11 @@ void visit_surroundings(Archive& archive, Of& specimen) {
 }
 
 template <class Archive, class Of>
+void visit_carried(Archive& archive, Of& carried) {
+  for (auto& velocity : carried) archive(velocity);
+}
+
+template <class Archive, class Of>
 void visit_fines(Archive& archive, Of& fines) {
   std::uint64_t count = fines.size();
   archive(count);
@@ -439,6 +445,9 @@ std::string digest_of(const RunState& state) {
     digest(pair.z);
   }
   visit_surroundings(digest, state.specimen);
+  if (state.specimen.walls.carried != std::array<double, 3>{}) {
+    visit_carried(digest, state.specimen.walls.carried);
+  }
   visit_fines(digest, state.specimen.fines);
   return digest.hex();
 }
@@ -455,6 +464,7 @@ std::string write_checkpoint(const RunState& state, const CheckpointInfo& info) 
   const std::vector<PairShear> history = shear_history(state.specimen.contacts);
   visit_shear(section[2], history);
   visit_surroundings(section[3], state.specimen);
+  visit_carried(section[3], state.specimen.walls.carried);
   visit_fines(section[4], state.specimen.fines);
   visit_energy(section[5], state.specimen.energy);
   visit_cursor(section[6], state.packing, state.cursor, kCheckpointVersion);
@@ -475,6 +485,7 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
   if (verified->version >= 4) visit_spin(reader[1], state.specimen.particles.spin);
   visit_shear(reader[2], history);
   visit_surroundings(reader[3], state.specimen);
+  if (verified->version >= 5) visit_carried(reader[3], state.specimen.walls.carried);
   visit_fines(reader[4], state.specimen.fines);
   visit_energy(reader[5], state.specimen.energy);
   visit_cursor(reader[6], state.packing, state.cursor, verified->version);

@@ -148,14 +148,15 @@ TEST_P(OldCheckpoint, is_read) {
   if (GetParam() == 1) {
     EXPECT_EQ(state->cursor.next_snapshot_age, Cursor::kFirstSnapshotAge);
   }
-  EXPECT_TRUE(state->specimen.particles.spin.empty());
+  EXPECT_EQ(state->specimen.particles.spin.empty(), GetParam() < 4);
+  EXPECT_EQ(state->specimen.walls.carried, (std::array<double, 3>{}));
   const auto rewritten = read_checkpoint_info(write_checkpoint(*state, *info));
   ASSERT_TRUE(rewritten.ok()) << rewritten.status();
   EXPECT_EQ(rewritten->format_version, kCheckpointVersion);
   EXPECT_EQ(rewritten->state_digest, info->state_digest);
 }
 
-INSTANTIATE_TEST_SUITE_P(Versions, OldCheckpoint, ::testing::Values(1u, 2u, 3u));
+INSTANTIATE_TEST_SUITE_P(Versions, OldCheckpoint, ::testing::Values(1u, 2u, 3u, 4u));
 
 TEST(Checkpoint, keeps_the_spins_of_grains_that_may_turn) {
   Experiment experiment = short_job();
@@ -174,6 +175,21 @@ TEST(Checkpoint, keeps_the_spins_of_grains_that_may_turn) {
   (*resumed)->advance(500);
   EXPECT_EQ((*resumed)->state_digest(), run->state_digest());
   EXPECT_TRUE(absl::IsInvalidArgument(Run::resume(short_job(), {}, checkpoint).status()));
+}
+
+TEST(Checkpoint, keeps_the_velocity_of_walls_that_follow_their_specimen) {
+  const std::unique_ptr<creep::Run> run = started(testing::triaxial_job());
+  while (run->progress().stage != "triaxial") run->advance(1000000);
+  run->advance(300);
+  const std::string checkpoint = run->checkpoint();
+  const auto state = read_checkpoint(checkpoint);
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_NE(state->specimen.walls.carried[0], 0.0);
+  EXPECT_EQ(state->specimen.walls.carried[2], 0.0) << "the axis is driven";
+  RunState other = *state;
+  other.specimen.walls.carried[0] = 0.0;
+  EXPECT_NE(digest_of(other), digest_of(*state));
+  EXPECT_EQ(write_checkpoint(*state, *read_checkpoint_info(checkpoint)), checkpoint);
 }
 
 /// Of the job below, at the beginning of its hold, by the last program that wrote version 2.

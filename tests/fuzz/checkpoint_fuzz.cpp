@@ -2,6 +2,7 @@
 // DataLoss or, with a later version number, FailedPrecondition.
 //
 // Alterations keep the checksums and the state digest right, or nothing behind them would ever be tried.
+#include <bit>
 #include <memory>
 #include <optional>
 
@@ -105,6 +106,20 @@ std::string_view digested_particles(const Container& container) {
   return std::string_view(all).substr(0, all.size() - (none ? 8 : 0));
 }
 
+/// The section surroundings, likewise without the velocities of walls that follow where there are none.
+std::string_view digested_surroundings(const Container& container) {
+  constexpr std::uint64_t kFirstVersionWithFollowing = 5;
+  constexpr std::size_t kFollowing = 3;
+  const std::string& all = container.of("surroundings");
+  if (container.version < kFirstVersionWithFollowing || all.size() < 8 * kFollowing) return all;
+  const std::size_t rest = all.size() - 8 * kFollowing;
+  Cutter cutter{std::string_view(all).substr(rest)};
+  for (std::size_t axis = 0; axis < kFollowing; ++axis) {
+    if (std::bit_cast<double>(cutter.number()) != 0.0) return all;
+  }
+  return std::string_view(all).substr(0, rest);
+}
+
 /// The state digest that these sections call for: the numbers of the state in order, contacts by particle id.
 std::string digest_of(const Container& container) {
   Digest digest;
@@ -121,7 +136,7 @@ std::string digest_of(const Container& container) {
     }
     digest.add(shear.take(std::min<std::size_t>(24, shear.bytes.size())));
   }
-  digest.add(std::string_view(container.of("surroundings")));
+  digest.add(digested_surroundings(container));
   digest.add(std::string_view(container.of("fines")));
   return digest.hex();
 }
@@ -167,7 +182,10 @@ std::string small_checkpoint(const std::string& scattered, Cursor::Act act, bool
   particles.generation.resize(3);
   state.specimen.contacts = contacts_from_history(3, {{0, 1, 1.0, 0.0, 0.0}, {1, 2, 0.0, -0.5, 0.25}});
   state.specimen.fines = {{1e-9, 1e-5}};
-  if (turning) particles.spin.assign(3, {1e3, 0.0, -0.5, 0.0});
+  if (turning) {
+    particles.spin.assign(3, {1e3, 0.0, -0.5, 0.0});
+    state.specimen.walls.carried = {-1e-3, 0.0, 0.0};
+  }
   state.cursor.act = act;
   state.cursor.stage = act == Cursor::Act::kPacking ? -1 : act == Cursor::Act::kLoading ? 0 : 1;
   info.state_digest = creep::digest_of(state);

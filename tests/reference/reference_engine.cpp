@@ -82,6 +82,7 @@ Engine::Engine(const Experiment& experiment, const Specimen& specimen)
       grains_.back().spin = {particles.spin[i].x, particles.spin[i].y, particles.spin[i].z};
     }
   }
+  carried_ = specimen.walls.carried;
   for (const PairShear& pair : shear_history(specimen.contacts)) {
     const std::uint64_t first = particles.id[static_cast<std::size_t>(pair.first)];
     const std::uint64_t second = particles.id[static_cast<std::size_t>(pair.second)];
@@ -264,13 +265,13 @@ void Engine::turn(const Loads& loads, double kick) {
   }
 }
 
-void Engine::steer(const WallControl& control) {
+void Engine::steer(const WallControl& control, double step) {
   double length[3];
   for (std::size_t axis = 0; axis < 3; ++axis)
     length[axis] = walls_[2 * axis + 1].position - walls_[2 * axis].position;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Wall &low = walls_[2 * axis], &high = walls_[2 * axis + 1];
-    double inward = 0.0;
+    double inward = 0.0, carried = 0.0;
     if (control[axis].mode == AxisControl::Mode::kServo) {
       const double cap = 0.5 * control[axis].closing_velocity;
       const double area = length[(axis + 1) % 3] * length[(axis + 2) % 3];
@@ -278,11 +279,17 @@ void Engine::steer(const WallControl& control) {
       const double layers = 0.5 * (low.stiffness + high.stiffness) *
                             median_diameter(experiment_.specimen.grading) / length[axis];
       inward = layers > 0.0 ? error / (3.0 * std::sqrt(initial_mass_ * layers)) : sign(error) * cap;
+      if (control[axis].follows && layers > 0.0) {
+        carried = carried_[axis];
+        inward += carried;
+        if (-cap < inward && inward < cap) carried += error * step / (3.0 * 6.0 * initial_mass_);
+      }
       if (inward > cap) inward = cap;
       if (inward < -cap) inward = -cap;
     } else if (control[axis].mode == AxisControl::Mode::kVelocity) {
       inward = 0.5 * control[axis].closing_velocity;
     }
+    carried_[axis] = carried;
     low.velocity = inward;
     high.velocity = -inward;
   }
@@ -314,7 +321,7 @@ void Engine::cycle(const WallControl& control) {
   }
   move(loads, kick, drift);
   turn(loads, kick);
-  steer(control);
+  steer(control, drift);
   for (Wall& wall : walls_) wall.position += wall.velocity * drift;
   dynamic_time_ += drift;
   crack_time_ += drift;

@@ -70,7 +70,7 @@ class Engine {
   double stable_step(const Loads& loads) const;
   void move(const Loads& loads, double kick, double drift);
   void turn(const Loads& loads, double kick);
-  void steer(const WallControl& control);
+  void steer(const WallControl& control, double step);
   void grow_cracks(std::set<std::uint64_t>& failed);
   void split(const std::set<std::uint64_t>& failed);
   void assess();
@@ -86,6 +86,7 @@ class Engine {
   std::vector<Grain> grains_;
   std::map<std::pair<std::uint64_t, std::uint64_t>, Eigen::Vector3d> shear_;
   std::array<Wall, 6> walls_;
+  std::array<double, 3> carried_{};
   std::vector<Fines> fines_;
   double initial_mass_, friction_coefficient_, time_step_, last_time_step_, dynamic_time_, crack_time_;
   double mean_overlap_, unbalanced_force_ratio_;

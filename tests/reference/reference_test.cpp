@@ -112,10 +112,12 @@ std::vector<Scene> scenes() {
   all.push_back({"triaxial", sand});
   all.back().control = isotropic(2e6, 2.0);
   all.back().control[2] = {AxisControl::Mode::kVelocity, 0.0, 4.0};
+  all.back().control[0].follows = all.back().control[1].follows = true;
   all.push_back({"relaxation_with_held_sides", sand});
   all.back().material.limit_stress = 0.5e9;
   all.back().control = isotropic(4e6, 2.0);
   all.back().control[2] = {};
+  all.back().control[0].follows = true;
   return all;
 }
 
