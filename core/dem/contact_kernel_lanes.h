@@ -27,6 +27,22 @@ inline Lanes3 fma3(Vec s, const Lanes3& a, const Lanes3& b) {
   return {fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
 }
 
+/// a x b
+inline Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+  const Vec zero = all(0.0);
+  return {fma(a.y, b.z, zero - a.z * b.y), fma(a.z, b.x, zero - a.x * b.z), fma(a.x, b.y, zero - a.y * b.x)};
+}
+
+/// r1 omega1 + r2 omega2 of contacts c, c+1, ...
+inline Lanes3 rolling(const ContactPhase& phase, std::size_t c) {
+  Vec a[8], b[8], p[4], q[4];
+  load_bodies(phase.body, phase.first + c, a);
+  load_bodies(phase.body, phase.second + c, b);
+  load_quads(&phase.spin->x, load_indices(phase.first + c), p);
+  load_quads(&phase.spin->x, load_indices(phase.second + c), q);
+  return {fma(a[3], p[0], b[3] * q[0]), fma(a[3], p[1], b[3] * q[1]), fma(a[3], p[2], b[3] * q[2])};
+}
+
 template <bool kRough>
 inline void evaluate(const LawView& law, Vec overlap, Vec& g, Vec& slope) {
   if constexpr (kRough) {
@@ -71,6 +87,7 @@ struct alignas(64) Block {
 };
 
 /// Stage 1: where the particles of each pair are to one another.
+template <bool kTurning>
 inline void meet(const ContactPhase& phase, std::size_t c, std::size_t end, Block& block) {
   const Vec drift = all(phase.drift);
   for (std::size_t k = 0; c + k < end && k < kBlock; k += kLanes) {
@@ -86,9 +103,14 @@ inline void meet(const ContactPhase& phase, std::size_t c, std::size_t end, Bloc
     store(block.normal_x + k, n.x);
     store(block.normal_y + k, n.y);
     store(block.normal_z + k, n.z);
-    store(block.motion_x + k, pair[4] * drift);
-    store(block.motion_y + k, pair[5] * drift);
-    store(block.motion_z + k, pair[6] * drift);
+    Lanes3 v{pair[4], pair[5], pair[6]};
+    if constexpr (kTurning) {
+      const Lanes3 lag = cross(rolling(phase, c + k), n);
+      v = {v.x - lag.x, v.y - lag.y, v.z - lag.z};
+    }
+    store(block.motion_x + k, v.x * drift);
+    store(block.motion_y + k, v.y * drift);
+    store(block.motion_z + k, v.z * drift);
     store(block.breaking_stress + k, pair[7]);
   }
 }
@@ -126,7 +148,7 @@ inline void measure(const ContactPhase& phase, std::size_t c, Mask touching, Vec
 }
 
 /// Stage 3: friction, the force of the contact, whether it breaks a particle.
-template <bool kMeasure, bool kCheck>
+template <bool kTurning, bool kMeasure, bool kCheck>
 inline void rub(const ContactPhase& phase, std::size_t begin, std::size_t size, Block& block,
                 Totals& totals) {
   const Vec zero = all(0.0);
@@ -161,6 +183,11 @@ inline void rub(const ContactPhase& phase, std::size_t begin, std::size_t size, 
     store(phase.shear_x + c, keep(touching, t.x));
     store(phase.shear_y + c, keep(touching, t.y));
     store(phase.shear_z + c, keep(touching, t.z));
+    if constexpr (kTurning) {
+      const Lanes3 couple = cross(n, t);
+      store_forces(phase.couple + c, keep(touching, couple.x), keep(touching, couple.y),
+                   keep(touching, couple.z), zero);
+    }
     const Lanes3 f = fma3(zero - fn, n, t);
     store_forces(kMeasure ? phase.force + c : block.force + k, keep(touching, f.x), keep(touching, f.y),
                  keep(touching, f.z), kMeasure ? keep(touching, kn) : zero);
@@ -240,16 +267,16 @@ inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t siz
   running = {before, sum};
 }
 
-template <bool kRough, bool kMeasure, bool kCheck>
+template <bool kTurning, bool kRough, bool kMeasure, bool kCheck>
 void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, ContactSums& sums) {
   Totals totals;
   Running running;
   Block block;
   for (std::size_t c = begin; c < end; c += kBlock) {
     const std::size_t size = end - c < kBlock ? end - c : kBlock;
-    meet(phase, c, end, block);
+    meet<kTurning>(phase, c, end, block);
     press<kRough>(phase, size, block);
-    rub<kMeasure, kCheck>(phase, c, size, block, totals);
+    rub<kTurning, kMeasure, kCheck>(phase, c, size, block, totals);
     add_up<kMeasure>(phase, c, size, kMeasure ? phase.force + c : block.force, running);
   }
   sums.tangential_work += sum(totals.tangential_work);
@@ -266,22 +293,28 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
   }
 }
 
-template <bool kRough>
+template <bool kTurning, bool kRough>
 void contacts_with_law(const ContactPhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                        ContactSums& sums) {
   if (kind.measure) {
-    kind.check ? contacts_of<kRough, true, true>(phase, begin, end, sums)
-               : contacts_of<kRough, true, false>(phase, begin, end, sums);
+    kind.check ? contacts_of<kTurning, kRough, true, true>(phase, begin, end, sums)
+               : contacts_of<kTurning, kRough, true, false>(phase, begin, end, sums);
   } else {
-    kind.check ? contacts_of<kRough, false, true>(phase, begin, end, sums)
-               : contacts_of<kRough, false, false>(phase, begin, end, sums);
+    kind.check ? contacts_of<kTurning, kRough, false, true>(phase, begin, end, sums)
+               : contacts_of<kTurning, kRough, false, false>(phase, begin, end, sums);
   }
 }
 
 inline void contacts(const ContactPhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                      ContactSums& sums) {
-  phase.law.cells == nullptr ? contacts_with_law<false>(phase, kind, begin, end, sums)
-                             : contacts_with_law<true>(phase, kind, begin, end, sums);
+  const bool rough = phase.law.cells != nullptr;
+  if (phase.spin == nullptr) {
+    rough ? contacts_with_law<false, true>(phase, kind, begin, end, sums)
+          : contacts_with_law<false, false>(phase, kind, begin, end, sums);
+  } else {
+    rough ? contacts_with_law<true, true>(phase, kind, begin, end, sums)
+          : contacts_with_law<true, false>(phase, kind, begin, end, sums);
+  }
 }
 
 }  // namespace creep::CREEP_KERNEL_NAMESPACE

@@ -72,6 +72,7 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   const double overlap = reach - distance;
   if (!(overlap > 0.0)) {
     phase.shear_x[c] = phase.shear_y[c] = phase.shear_z[c] = 0.0;
+    if (phase.spin != nullptr) phase.couple[c] = {0.0, 0.0, 0.0, 0.0};
     hand_over(phase, kind, c, {0.0, 0.0, 0.0, 0.0}, 0.0);
     return;
   }
@@ -86,8 +87,18 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   const double kt = phase.tangential_ratio * kn;
 
   // Tangential displacement of second over first in the last drift.
-  const double ux = (b.vx - a.vx) * phase.drift, uy = (b.vy - a.vy) * phase.drift,
-               uz = (b.vz - a.vz) * phase.drift;
+  double vx = b.vx - a.vx, vy = b.vy - a.vy, vz = b.vz - a.vz;
+  if (phase.spin != nullptr) {
+    // Surfaces at the contact lag behind the centres by w x n, w = r1 omega1 + r2 omega2.
+    const Spin& p = phase.spin[phase.first[c]];
+    const Spin& q = phase.spin[phase.second[c]];
+    const double wx = std::fma(a.radius, p.x, b.radius * q.x), wy = std::fma(a.radius, p.y, b.radius * q.y),
+                 wz = std::fma(a.radius, p.z, b.radius * q.z);
+    vx = vx - std::fma(wy, nz, 0.0 - wz * ny);
+    vy = vy - std::fma(wz, nx, 0.0 - wx * nz);
+    vz = vz - std::fma(wx, ny, 0.0 - wy * nx);
+  }
+  const double ux = vx * phase.drift, uy = vy * phase.drift, uz = vz * phase.drift;
   const double un = dot(ux, uy, uz, nx, ny, nz);
   const double sx = std::fma(0.0 - un, nx, ux), sy = std::fma(0.0 - un, ny, uy),
                sz = std::fma(0.0 - un, nz, uz);
@@ -111,6 +122,10 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   phase.shear_x[c] = tx;
   phase.shear_y[c] = ty;
   phase.shear_z[c] = tz;
+  if (phase.spin != nullptr) {
+    phase.couple[c] = {std::fma(ny, tz, 0.0 - nz * ty), std::fma(nz, tx, 0.0 - nx * tz),
+                       std::fma(nx, ty, 0.0 - ny * tx), 0.0};
+  }
   const double fx = std::fma(0.0 - fn, nx, tx), fy = std::fma(0.0 - fn, ny, ty),
                fz = std::fma(0.0 - fn, nz, tz);
   const double area = root_radius * root_radius * overlap;  // eq 12, over pi

@@ -50,6 +50,9 @@ struct ContactPhase {
   const std::uint8_t* deferred = nullptr;  ///< kDeferFirst, kDeferSecond
   double* stress = nullptr;                ///< slots; measuring cycles only
   double* peak_stress = nullptr;           ///< of particles, as resultant; measuring cycles only
+  const Spin* spin = nullptr;              ///< of particles; nullptr: rotation is blocked, and costs nothing
+  ContactForce* couple =
+      nullptr;  ///< normal x tangential force [N]: times its radius the moment on a particle
   LawView law;
   double modulus = 0.0;           ///< E' [Pa]
   double tangential_ratio = 0.0;  ///< kt/kn [-]

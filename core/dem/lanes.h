@@ -98,6 +98,10 @@ inline void load_pairs(const Body* body, const std::int32_t* first, const std::i
   transpose(rows, out);
 }
 
+inline Int load_indices(const std::int32_t* p) {
+  return {_mm512_cvtepi32_epi64(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)))};
+}
+
 /// Four doubles at p + 4 at[k] for each lane k, as four vectors.
 inline void load_quads_at(const double* p, const std::int64_t at[8], Vec out[4]) {
   __m512d pair[4];
@@ -243,6 +247,10 @@ inline void load_pairs(const Body* body, const std::int32_t* first, const std::i
   }
   transpose(low, out);
   transpose(high, out + 4);
+}
+
+inline Int load_indices(const std::int32_t* p) {
+  return {_mm256_cvtepi32_epi64(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)))};
 }
 
 /// Four doubles at p + 4 index for each lane, as four vectors.

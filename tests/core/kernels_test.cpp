@@ -33,7 +33,14 @@ Material other_roughness() {
   return material;
 }
 
-std::vector<Material> materials() { return {Material{}, smooth(), other_roughness()}; }
+Material turning(Material material) {
+  material.free_rotation = true;
+  return material;
+}
+
+std::vector<Material> materials() {
+  return {Material{}, smooth(), other_roughness(), turning(Material{}), turning(smooth())};
+}
 
 std::vector<CycleKind> kinds() {
   std::vector<CycleKind> all;
@@ -115,6 +122,11 @@ struct Pairs {
     shear_y.resize(padded);
     shear_z.resize(padded);
     force.resize(padded);
+    couple.resize(padded);
+    for (std::size_t i = 0; i < body.size(); ++i) {
+      const Eigen::Vector3d w = (draw.one_in(4) ? 0.0 : draw.log_between(1e-3, 1e5)) * draw.direction();
+      spin.push_back({w.x(), w.y(), w.z(), 0.0});
+    }
     stress.resize(padded);
     resultant.resize(body.size());
     peak_stress.resize(body.size());
@@ -145,6 +157,10 @@ struct Pairs {
     phase.deferred = deferred.data();
     phase.stress = stress.data();
     phase.peak_stress = peak_stress.data();
+    if (material.free_rotation) {
+      phase.spin = spin.data();
+      phase.couple = couple.data();
+    }
     phase.law = model.view();
     phase.modulus = model.modulus;
     phase.tangential_ratio = model.tangential_ratio;
@@ -163,7 +179,8 @@ struct Pairs {
   AlignedVector<Body> body;
   std::vector<std::int32_t> first, second;
   AlignedVector<double> root_radius, shear_x, shear_y, shear_z, stress, peak_stress;
-  AlignedVector<ContactForce> force, resultant;
+  AlignedVector<ContactForce> force, couple, resultant;
+  AlignedVector<Spin> spin;
   std::vector<std::uint8_t> deferred;
   std::size_t count = 0;
 };
@@ -174,6 +191,9 @@ void expect_same_pairs(const Pairs& a, const Pairs& b, CycleKind kind) {
     ASSERT_EQ(bits(a.shear_y[c]), bits(b.shear_y[c])) << "contact " << c;
     ASSERT_EQ(bits(a.shear_z[c]), bits(b.shear_z[c])) << "contact " << c;
     ASSERT_EQ(bits(a.stress[c]), bits(b.stress[c])) << "contact " << c;
+    ASSERT_EQ(bits(a.couple[c].x), bits(b.couple[c].x)) << "contact " << c;
+    ASSERT_EQ(bits(a.couple[c].y), bits(b.couple[c].y)) << "contact " << c;
+    ASSERT_EQ(bits(a.couple[c].z), bits(b.couple[c].z)) << "contact " << c;
     if (kind.measure) {
       ASSERT_EQ(bits(a.force[c].stiffness), bits(b.force[c].stiffness)) << "contact " << c;
     }

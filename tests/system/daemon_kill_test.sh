@@ -31,7 +31,7 @@ kills=0
 for i in 1 2 3 4 5 6 7 8 9 10; do
   wait_for 90 works_or_is_done
   sleep "0.$((RANDOM % 5 + 1))"
-  if ! is "$id" RUNNING && ! is "$id" QUEUED; then break; fi
+  if is "$id" SUCCEEDED; then break; fi
   worker=$(worker_of "$folder")
   case $((RANDOM % 3)) in
     0)
