@@ -112,7 +112,7 @@ std::string phase_text(const creep::CreepAnalysis& analysis) {
   return "–";
 }
 
-std::string analysis_section(const std::optional<Hold>& hold) {
+std::string analysis_section(const JobResults& results, const std::optional<Hold>& hold) {
   if (!hold || hold->stage_rows.empty()) return "";
   const creep::CreepAnalysis& analysis = hold->analysis;
   Rows rows = {{"phase reached", phase_text(analysis)}};
@@ -136,6 +136,10 @@ std::string analysis_section(const std::optional<Hold>& hold) {
                                  " to ", duration_text(onset->latest), ")")});
   } else {
     rows.push_back({"onset of tertiary creep", "none seen"});
+  }
+  if (const auto failed_at = results.figure("creep_time_s");
+      failed_at && results.text("outcome") == "creep_failure") {
+    rows.push_back({"time to failure", duration_text(*failed_at)});
   }
   return absl::StrCat(
       "<h2>Creep analysis</h2>\n", html_table({}, rows, false),
@@ -242,9 +246,20 @@ std::string breakage_section(const JobResults& results) {
     rows.push_back({names[wanted], absl::StrCat(loading), absl::StrCat(creeping), absl::StrCat(fragments),
                     count > 0 ? number(1e3 * sum / static_cast<double>(count), "%.4f") : "–"});
   }
-  return absl::StrCat("<h2>Breakage</h2>\n", html_table({"cause", "while loading", "while creeping",
-                                                         "of these fragments", "mean diameter (mm)"},
-                                                        rows, true));
+  std::string relative;
+  const auto hardin = results.figure("breakage_hardin"), einav = results.figure("breakage_einav");
+  if (hardin && einav) {
+    relative = absl::StrFormat(
+        "<p>Relative breakage, of the grading at the end against that after packing: Hardin's B<sub>r</sub> "
+        "= "
+        "%.4f, Einav's B<sub>r</sub>* = %.4f.</p>\n",
+        *hardin, *einav);
+  }
+  return absl::StrCat(
+      "<h2>Breakage</h2>\n",
+      html_table({"cause", "while loading", "while creeping", "of these fragments", "mean diameter (mm)"},
+                 rows, true),
+      relative);
 }
 
 std::string cost_section(const JobResults& results) {
@@ -268,6 +283,7 @@ std::string readings_section(const JobResults& results) {
         {"mean strength σ_{lim0} at d_{0}", absl::StrFormat("%.4g GPa", used.limit_stress / 1e9)},
         {"roughness S_{q} of a pair", absl::StrFormat("%.4g µm", used.roughness * 1e6)},
         {"wall contact stiffness factor", absl::StrFormat("%.4g", used.wall_stiffness_factor)},
+        {"rotation of grains", used.free_rotation ? "free" : "blocked"},
         {"floor of the relative strength", absl::StrFormat("%.4g", used.strength_floor)},
         {"layout of the 14 fragments", layouts[static_cast<int>(used.split_layout)]},
         {"fines in the void ratio", "counted as solid"},
@@ -287,7 +303,7 @@ std::string readings_section(const JobResults& results) {
 std::string report_page(const JobResults& results, const std::optional<Hold>& hold) {
   const std::string body =
       absl::StrCat(header(results), warnings(results), comparison_section(results, hold),
-                   analysis_section(hold), charts_section(results, hold), stages_section(results),
+                   analysis_section(results, hold), charts_section(results, hold), stages_section(results),
                    breakage_section(results)) +
       absl::StrCat(ledger_section(results), cost_section(results), readings_section(results));
   return html_document(absl::StrCat(results.name, " – creep report"), body);

@@ -15,6 +15,11 @@ struct alignas(64) Body {
   double breaking_stress;  ///< pi sigma_lim [Pa]; +infinity for a particle that cannot fail
 };
 
+/// Angular velocity, half a step behind [rad/s].
+struct alignas(32) Spin {
+  double x, y, z, unused;
+};
+
 /// Force of one contact on its first particle [N], with the contact's normal stiffness [N/m] beside it.
 struct alignas(32) ContactForce {
   double x, y, z, stiffness;

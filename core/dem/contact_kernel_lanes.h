@@ -2,6 +2,10 @@
 //
 // Read the scalar twin first; names are the same. Lanes that do not touch compute with overlap 0 and are
 // masked.
+//
+// A block of contacts goes through four stages. One contact is a long chain of operations, each waiting for
+// the one before (two square roots, two divisions, a table); a processor looks a few hundred operations
+// ahead, so only short stages let the chains of several groups run side by side.
 #pragma once
 
 #include <numbers>
@@ -21,6 +25,22 @@ inline Lanes3 scaled(const Lanes3& a, Vec s) { return {a.x * s, a.y * s, a.z * s
 /// s a + b, fused.
 inline Lanes3 fma3(Vec s, const Lanes3& a, const Lanes3& b) {
   return {fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
+}
+
+/// a x b
+inline Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+  const Vec zero = all(0.0);
+  return {fma(a.y, b.z, zero - a.z * b.y), fma(a.z, b.x, zero - a.x * b.z), fma(a.x, b.y, zero - a.y * b.x)};
+}
+
+/// r1 omega1 + r2 omega2 of contacts c, c+1, ...
+inline Lanes3 rolling(const ContactPhase& phase, std::size_t c) {
+  Vec a[8], b[8], p[4], q[4];
+  load_bodies(phase.body, phase.first + c, a);
+  load_bodies(phase.body, phase.second + c, b);
+  load_quads(&phase.spin->x, load_indices(phase.first + c), p);
+  load_quads(&phase.spin->x, load_indices(phase.second + c), q);
+  return {fma(a[3], p[0], b[3] * q[0]), fma(a[3], p[1], b[3] * q[1]), fma(a[3], p[2], b[3] * q[2])};
 }
 
 template <bool kRough>
@@ -53,92 +73,97 @@ inline void evaluate(const LawView& law, Vec overlap, Vec& g, Vec& slope) {
   }
 }
 
-/// Rounded to integers by the exponent trick; lanes outside the mask count nothing.
-inline Int to_quanta(Mask mask, Vec value, double scale) {
-  const Vec clamped = min(max(value * all(scale), all(-quanta::kLimit)), all(quanta::kLimit));
-  return bits(keep(mask, clamped) + all(quanta::kMagic)) - bits(all(quanta::kMagic));
-}
+/// Contacts that go through the stages together: what one stage leaves for the next stays in the first cache.
+inline constexpr std::size_t kBlock = 64;
 
-/// Adds the forces of contacts c, c+1, ... to their particles, in this order, but for deferred ends.
-inline void scatter(const ContactPhase& phase, std::size_t c, const ContactForce* force) {
-  double* const resultant = &phase.resultant->x;
-  std::uint64_t deferred = 0;
-  __builtin_memcpy(&deferred, phase.deferred + c, kLanes);
-  if (deferred == 0) {
-#pragma GCC unroll 8
-    for (int k = 0; k < kLanes; ++k) {
-      const Quad f = load_quad(&force[k].x);
-      double* const first =
-          resultant + 4 * static_cast<std::ptrdiff_t>(phase.first[c + static_cast<std::size_t>(k)]);
-      double* const second =
-          resultant + 4 * static_cast<std::ptrdiff_t>(phase.second[c + static_cast<std::size_t>(k)]);
-      store_quad(first, load_quad(first) + f);
-      store_quad(second, load_quad(second) - f);
-    }
-    return;
-  }
-  for (int k = 0; k < kLanes; ++k) {
-    const std::size_t at = c + static_cast<std::size_t>(k);
-    const Quad f = load_quad(&force[k].x);
-    double* const first = resultant + 4 * static_cast<std::ptrdiff_t>(phase.first[at]);
-    double* const second = resultant + 4 * static_cast<std::ptrdiff_t>(phase.second[at]);
-    if (phase.deferred[at] != 0) store_quad(&phase.force[at].x, f);
-    if ((phase.deferred[at] & kDeferFirst) == 0) store_quad(first, load_quad(first) + f);
-    if ((phase.deferred[at] & kDeferSecond) == 0) store_quad(second, load_quad(second) - f);
-  }
-}
+/// What the stages of a block hand on, a number a contact. Lanes that do not touch have overlap 0.
+struct alignas(64) Block {
+  double overlap[kBlock];                                       // [m]
+  double normal_x[kBlock], normal_y[kBlock], normal_z[kBlock];  // from first to second
+  double motion_x[kBlock], motion_y[kBlock], motion_z[kBlock];  // of second over first in the last drift [m]
+  double breaking_stress[kBlock];                               // the smaller one, times pi [Pa]
+  double g[kBlock], slope[kBlock];                              // of the law
+  ContactForce force[kBlock];                                   // on first
+};
 
-/// Measuring cycles store forces in their slots, others leave them for the scatter of the next iteration.
-template <bool kMeasure>
-inline void hand_over(const ContactPhase& phase, std::size_t c, const Lanes3& f, Vec stiffness,
-                      ContactForce* pending) {
-  if constexpr (kMeasure) {
-    store_forces(phase.force + c, f.x, f.y, f.z, stiffness);
-  } else {
-    store_forces(pending, f.x, f.y, f.z, all(0.0));
-  }
-}
-
-template <bool kRough, bool kMeasure, bool kCheck>
-void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, ContactSums& sums) {
-  const Vec zero = all(0.0);
-  Int tangential_work = all_int(0), friction = all_int(0), force_sum = all_int(0), overlap_sum = all_int(0);
-  Vec largest_ratio = zero;
-  bool breaking = false;
-  alignas(64) ContactForce pending[kLanes];
-  for (std::size_t c = begin; c < end; c += kLanes) {
+/// Stage 1: where the particles of each pair are to one another.
+template <bool kTurning>
+inline void meet(const ContactPhase& phase, std::size_t c, std::size_t end, Block& block) {
+  const Vec drift = all(phase.drift);
+  for (std::size_t k = 0; c + k < end && k < kBlock; k += kLanes) {
     Vec pair[8];
-    load_pairs(phase.body, phase.first + c, phase.second + c, pair);
+    load_pairs(phase.body, phase.first + c + k, phase.second + c + k, pair);
     const Lanes3 d{pair[0], pair[1], pair[2]};
     const Vec distance = sqrt(dot(d, d));
-    if constexpr (!kMeasure) {
-      // The sums run through memory, one after the other: done here, they fill the wait for the square root.
-      if (c != begin) scatter(phase, c - kLanes, pending);
-    }
-    const Vec reach = pair[3];
-    const Vec gap_overlap = reach - distance;
-    Mask touching = greater(gap_overlap, zero);
-    if (c + kLanes > end) touching = both(touching, first_lanes(static_cast<int>(end - c)));
-    if (!any(touching)) {
-      store(phase.shear_x + c, zero);
-      store(phase.shear_y + c, zero);
-      store(phase.shear_z + c, zero);
-      hand_over<kMeasure>(phase, c, {zero, zero, zero}, zero, pending);
-      if constexpr (kMeasure) store(phase.stress + c, zero);
-      continue;
-    }
-    const Vec overlap = keep(touching, gap_overlap);
+    const Vec overlap = pair[3] - distance;
+    Mask touching = greater(overlap, all(0.0));
+    if (c + k + kLanes > end) touching = both(touching, first_lanes(static_cast<int>(end - c - k)));
+    store(block.overlap + k, keep(touching, overlap));
     const Lanes3 n = scaled(d, all(1.0) / distance);
+    store(block.normal_x + k, n.x);
+    store(block.normal_y + k, n.y);
+    store(block.normal_z + k, n.z);
+    Lanes3 v{pair[4], pair[5], pair[6]};
+    if constexpr (kTurning) {
+      const Lanes3 lag = cross(rolling(phase, c + k), n);
+      v = {v.x - lag.x, v.y - lag.y, v.z - lag.z};
+    }
+    store(block.motion_x + k, v.x * drift);
+    store(block.motion_y + k, v.y * drift);
+    store(block.motion_z + k, v.z * drift);
+    store(block.breaking_stress + k, pair[7]);
+  }
+}
+
+/// Stage 2: the law.
+template <bool kRough>
+inline void press(const ContactPhase& phase, std::size_t size, Block& block) {
+  for (std::size_t k = 0; k < size; k += kLanes) {
     Vec g, slope;
-    evaluate<kRough>(phase.law, overlap, g, slope);
+    evaluate<kRough>(phase.law, load(block.overlap + k), g, slope);
+    store(block.g + k, g);
+    store(block.slope + k, slope);
+  }
+}
+
+/// What a share adds up, lane by lane.
+struct Totals {
+  Int tangential_work = all_int(0), friction = all_int(0), force = all_int(0), overlap = all_int(0);
+  Vec largest_ratio = all(0.0);
+  std::int64_t touching = 0;
+  bool breaking = false;
+};
+
+/// What only measuring cycles look at: forces in their slots, contact stresses, sums for the guards.
+inline void measure(const ContactPhase& phase, std::size_t c, Mask touching, Vec overlap, Vec fn, Vec area,
+                    const Lanes3& f, Totals& totals) {
+  store(phase.stress + c, keep(touching, fn / (all(std::numbers::pi) * area)));
+  totals.force = totals.force + to_quanta(touching, sqrt(dot(f, f)), 0x1p40);
+  totals.overlap = totals.overlap + to_quanta(touching, overlap, 0x1p60);
+  totals.touching += count(touching);
+  Vec a[8], b[8];
+  load_bodies(phase.body, phase.first + c, a);
+  load_bodies(phase.body, phase.second + c, b);
+  totals.largest_ratio = max(totals.largest_ratio, keep(touching, overlap / min(a[3], b[3])));
+}
+
+/// Stage 3: friction, the force of the contact, whether it breaks a particle.
+template <bool kTurning, bool kMeasure, bool kCheck>
+inline void rub(const ContactPhase& phase, std::size_t begin, std::size_t size, Block& block,
+                Totals& totals) {
+  const Vec zero = all(0.0);
+  for (std::size_t k = 0; k < size; k += kLanes) {
+    const std::size_t c = begin + k;
+    const Vec overlap = load(block.overlap + k);
+    const Mask touching = greater(overlap, zero);
+    const Lanes3 n{load(block.normal_x + k), load(block.normal_y + k), load(block.normal_z + k)};
+    const Lanes3 u{load(block.motion_x + k), load(block.motion_y + k), load(block.motion_z + k)};
     const Vec root_radius = load(phase.root_radius + c);
     const Vec prefactor = all(phase.modulus) * root_radius;
-    const Vec fn = prefactor * g;
-    const Vec kn = prefactor * slope;
+    const Vec fn = prefactor * load(block.g + k);
+    const Vec kn = prefactor * load(block.slope + k);
     const Vec kt = all(phase.tangential_ratio) * kn;
 
-    const Vec drift = all(phase.drift);
-    const Lanes3 u{pair[4] * drift, pair[5] * drift, pair[6] * drift};
     const Lanes3 s = fma3(zero - dot(u, n), n, u);
     const Lanes3 old{load(phase.shear_x + c), load(phase.shear_y + c), load(phase.shear_z + c)};
     const Lanes3 trial = fma3(kt, s, fma3(zero - dot(old, n), n, old));
@@ -151,64 +176,145 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
       const Vec scale = cap / magnitude;
       t = {select(sliding, trial.x * scale, trial.x), select(sliding, trial.y * scale, trial.y),
            select(sliding, trial.z * scale, trial.z)};
-      friction = friction + to_quanta(sliding, (magnitude - cap) * cap / kt, 0x1p70);
+      totals.friction = totals.friction + to_quanta(sliding, (magnitude - cap) * cap / kt, 0x1p70);
     }
     const Lanes3 mean{old.x + t.x, old.y + t.y, old.z + t.z};
-    tangential_work = tangential_work + to_quanta(touching, all(0.5) * dot(mean, s), 0x1p70);
+    totals.tangential_work = totals.tangential_work + to_quanta(touching, all(0.5) * dot(mean, s), 0x1p70);
     store(phase.shear_x + c, keep(touching, t.x));
     store(phase.shear_y + c, keep(touching, t.y));
     store(phase.shear_z + c, keep(touching, t.z));
+    if constexpr (kTurning) {
+      const Lanes3 couple = cross(n, t);
+      store_forces(phase.couple + c, keep(touching, couple.x), keep(touching, couple.y),
+                   keep(touching, couple.z), zero);
+    }
     const Lanes3 f = fma3(zero - fn, n, t);
-    hand_over<kMeasure>(phase, c, {keep(touching, f.x), keep(touching, f.y), keep(touching, f.z)},
-                        keep(touching, kn), pending);
+    store_forces(kMeasure ? phase.force + c : block.force + k, keep(touching, f.x), keep(touching, f.y),
+                 keep(touching, f.z), kMeasure ? keep(touching, kn) : zero);
 
     const Vec area = root_radius * root_radius * overlap;
     if constexpr (kCheck) {
-      breaking = breaking || any(both(touching, greater(fn, pair[7] * area)));
+      totals.breaking =
+          totals.breaking || any(both(touching, greater(fn, load(block.breaking_stress + k) * area)));
     }
-    if constexpr (kMeasure) {
-      store(phase.stress + c, keep(touching, fn / (all(std::numbers::pi) * area)));
-      force_sum = force_sum + to_quanta(touching, sqrt(dot(f, f)), 0x1p40);
-      overlap_sum = overlap_sum + to_quanta(touching, overlap, 0x1p60);
-      sums.touching += count(touching);
-      Vec a[8], b[8];
-      load_bodies(phase.body, phase.first + c, a);
-      load_bodies(phase.body, phase.second + c, b);
-      largest_ratio = max(largest_ratio, keep(touching, overlap / min(a[3], b[3])));
+    if constexpr (kMeasure) measure(phase, c, touching, overlap, fn, area, f, totals);
+  }
+}
+
+inline void raise(double& largest, double value) { largest = value > largest ? value : largest; }
+
+/// The sum of the particle that is first at present: contacts of one first follow one another.
+struct Running {
+  std::int32_t first = -1;  // -1: none
+  Quad sum = quad_all(0.0);
+};
+
+/// The forces of contacts c, c+1, ... one by one, but for deferred ends.
+template <bool kMeasure>
+inline void add_apart(const ContactPhase& phase, std::size_t c, std::size_t end, const ContactForce* force) {
+  double* const resultant = &phase.resultant->x;
+  for (; c < end; ++c, ++force) {
+    const Quad f = load_quad(&force->x);
+    const std::int32_t first = phase.first[c], second = phase.second[c];
+    if (!kMeasure && phase.deferred[c] != 0) store_quad(&phase.force[c].x, f);
+    const auto add = [&](std::int32_t particle, Quad on_it) {
+      double* const sum = resultant + 4 * static_cast<std::ptrdiff_t>(particle);
+      store_quad(sum, load_quad(sum) + on_it);
+      if constexpr (kMeasure) raise(phase.peak_stress[particle], phase.stress[c]);
+    };
+    if ((phase.deferred[c] & kDeferFirst) == 0) add(first, f);
+    if ((phase.deferred[c] & kDeferSecond) == 0) add(second, turned(f));
+  }
+}
+
+/// Stage 4: adds the forces to their particles, contact by contact. The sum of the first stays in a register:
+/// through memory each addition would wait for the one before to be stored and read again. Nothing else
+/// changes it meanwhile, since a second is never the first of its own contacts.
+template <bool kMeasure>
+inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t size, const ContactForce* force,
+                   Running& running) {
+  double* const resultant = &phase.resultant->x;
+  const std::int32_t* const first = phase.first + begin;
+  const std::int32_t* const second = phase.second + begin;
+  alignas(32) static constexpr double kNothing[4] = {0.0, 0.0, 0.0, 0.0};
+  std::int32_t before = running.first;
+  Quad sum = running.sum;
+  for (std::size_t k = 0; k < size; k += kKernelGrain) {
+    std::uint64_t deferred = 0;
+    __builtin_memcpy(&deferred, phase.deferred + begin + k, kKernelGrain);
+    if (deferred != 0) {
+      const std::size_t end = size - k < kKernelGrain ? size : k + kKernelGrain;
+      add_apart<kMeasure>(phase, begin + k, begin + end, force + k);
+      before = -1;
+      continue;
+    }
+#pragma GCC unroll 8
+    for (std::size_t lane = k; lane < k + kKernelGrain; ++lane) {
+      const Quad f = load_quad(&force[lane].x);
+      const std::int32_t now = first[lane];
+      double* const of_first = resultant + 4 * static_cast<std::ptrdiff_t>(now);
+      double* const of_second = resultant + 4 * static_cast<std::ptrdiff_t>(second[lane]);
+      sum = one_of(now == before, sum, load_quad(now == before ? kNothing : of_first)) + f;
+      before = now;
+      store_quad(of_first, sum);
+      store_quad(of_second, load_quad(of_second) + turned(f));
+      if constexpr (kMeasure) {
+        raise(phase.peak_stress[now], phase.stress[begin + lane]);
+        raise(phase.peak_stress[second[lane]], phase.stress[begin + lane]);
+      }
     }
   }
-  if constexpr (!kMeasure) {
-    if (begin < end) scatter(phase, begin + (end - begin - 1) / kLanes * kLanes, pending);
+  running = {before, sum};
+}
+
+template <bool kTurning, bool kRough, bool kMeasure, bool kCheck>
+void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, ContactSums& sums) {
+  Totals totals;
+  Running running;
+  Block block;
+  for (std::size_t c = begin; c < end; c += kBlock) {
+    const std::size_t size = end - c < kBlock ? end - c : kBlock;
+    meet<kTurning>(phase, c, end, block);
+    press<kRough>(phase, size, block);
+    rub<kTurning, kMeasure, kCheck>(phase, c, size, block, totals);
+    add_up<kMeasure>(phase, c, size, kMeasure ? phase.force + c : block.force, running);
   }
-  sums.tangential_work += sum(tangential_work);
-  sums.friction += sum(friction);
-  sums.breaking = sums.breaking || breaking;
+  sums.tangential_work += sum(totals.tangential_work);
+  sums.friction += sum(totals.friction);
+  sums.breaking = sums.breaking || totals.breaking;
   if constexpr (kMeasure) {
-    sums.force += sum(force_sum);
-    sums.overlap += sum(overlap_sum);
+    sums.force += sum(totals.force);
+    sums.overlap += sum(totals.overlap);
+    sums.touching += totals.touching;
     alignas(64) double ratio[kLanes];
-    store(ratio, largest_ratio);
+    store(ratio, totals.largest_ratio);
     for (const double r : ratio)
       sums.largest_overlap_ratio = r > sums.largest_overlap_ratio ? r : sums.largest_overlap_ratio;
   }
 }
 
-template <bool kRough>
+template <bool kTurning, bool kRough>
 void contacts_with_law(const ContactPhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                        ContactSums& sums) {
   if (kind.measure) {
-    kind.check ? contacts_of<kRough, true, true>(phase, begin, end, sums)
-               : contacts_of<kRough, true, false>(phase, begin, end, sums);
+    kind.check ? contacts_of<kTurning, kRough, true, true>(phase, begin, end, sums)
+               : contacts_of<kTurning, kRough, true, false>(phase, begin, end, sums);
   } else {
-    kind.check ? contacts_of<kRough, false, true>(phase, begin, end, sums)
-               : contacts_of<kRough, false, false>(phase, begin, end, sums);
+    kind.check ? contacts_of<kTurning, kRough, false, true>(phase, begin, end, sums)
+               : contacts_of<kTurning, kRough, false, false>(phase, begin, end, sums);
   }
 }
 
 inline void contacts(const ContactPhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                      ContactSums& sums) {
-  phase.law.cells == nullptr ? contacts_with_law<false>(phase, kind, begin, end, sums)
-                             : contacts_with_law<true>(phase, kind, begin, end, sums);
+  const bool rough = phase.law.cells != nullptr;
+  if (phase.spin == nullptr) {
+    rough ? contacts_with_law<false, true>(phase, kind, begin, end, sums)
+          : contacts_with_law<false, false>(phase, kind, begin, end, sums);
+  } else {
+    rough ? contacts_with_law<true, true>(phase, kind, begin, end, sums)
+          : contacts_with_law<true, false>(phase, kind, begin, end, sums);
+  }
 }
 
 }  // namespace creep::CREEP_KERNEL_NAMESPACE

@@ -48,18 +48,19 @@ double dot(double ax, double ay, double az, double bx, double by, double bz) {
   return std::fma(ax, bx, std::fma(ay, by, az * bz));
 }
 
-/// To the slot, or straight to the particles.
-void hand_over(const ContactPhase& phase, CycleKind kind, std::size_t c, const ContactForce& f) {
-  const std::uint8_t deferred = kind.measure ? kDeferFirst | kDeferSecond : phase.deferred[c];
-  if (deferred != 0) phase.force[c] = f;
-  if ((deferred & kDeferFirst) == 0) {
-    ContactForce& sum = phase.resultant[phase.first[c]];
-    sum = {sum.x + f.x, sum.y + f.y, sum.z + f.z, 0.0};
-  }
-  if ((deferred & kDeferSecond) == 0) {
-    ContactForce& sum = phase.resultant[phase.second[c]];
-    sum = {sum.x - f.x, sum.y - f.y, sum.z - f.z, 0.0};
-  }
+/// To the slot, and straight to the particles where no other thread adds to them.
+void hand_over(const ContactPhase& phase, CycleKind kind, std::size_t c, const ContactForce& f,
+               double stress) {
+  const std::uint8_t deferred = phase.deferred[c];
+  if (kind.measure || deferred != 0) phase.force[c] = f;
+  if (kind.measure) phase.stress[c] = stress;
+  const auto add = [&](std::int32_t particle, double sign) {
+    ContactForce& sum = phase.resultant[particle];
+    sum = {sum.x + sign * f.x, sum.y + sign * f.y, sum.z + sign * f.z, sum.stiffness + f.stiffness};
+    if (kind.measure) phase.peak_stress[particle] = std::max(phase.peak_stress[particle], stress);
+  };
+  if ((deferred & kDeferFirst) == 0) add(phase.first[c], 1.0);
+  if ((deferred & kDeferSecond) == 0) add(phase.second[c], -1.0);
 }
 
 void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, ContactSums& sums) {
@@ -71,8 +72,8 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   const double overlap = reach - distance;
   if (!(overlap > 0.0)) {
     phase.shear_x[c] = phase.shear_y[c] = phase.shear_z[c] = 0.0;
-    hand_over(phase, kind, c, {0.0, 0.0, 0.0, 0.0});
-    if (kind.measure) phase.stress[c] = 0.0;
+    if (phase.spin != nullptr) phase.couple[c] = {0.0, 0.0, 0.0, 0.0};
+    hand_over(phase, kind, c, {0.0, 0.0, 0.0, 0.0}, 0.0);
     return;
   }
   const double inverse = 1.0 / distance;
@@ -86,8 +87,18 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   const double kt = phase.tangential_ratio * kn;
 
   // Tangential displacement of second over first in the last drift.
-  const double ux = (b.vx - a.vx) * phase.drift, uy = (b.vy - a.vy) * phase.drift,
-               uz = (b.vz - a.vz) * phase.drift;
+  double vx = b.vx - a.vx, vy = b.vy - a.vy, vz = b.vz - a.vz;
+  if (phase.spin != nullptr) {
+    // Surfaces at the contact lag behind the centres by w x n, w = r1 omega1 + r2 omega2.
+    const Spin& p = phase.spin[phase.first[c]];
+    const Spin& q = phase.spin[phase.second[c]];
+    const double wx = std::fma(a.radius, p.x, b.radius * q.x), wy = std::fma(a.radius, p.y, b.radius * q.y),
+                 wz = std::fma(a.radius, p.z, b.radius * q.z);
+    vx = vx - std::fma(wy, nz, 0.0 - wz * ny);
+    vy = vy - std::fma(wz, nx, 0.0 - wx * nz);
+    vz = vz - std::fma(wx, ny, 0.0 - wy * nx);
+  }
+  const double ux = vx * phase.drift, uy = vy * phase.drift, uz = vz * phase.drift;
   const double un = dot(ux, uy, uz, nx, ny, nz);
   const double sx = std::fma(0.0 - un, nx, ux), sy = std::fma(0.0 - un, ny, uy),
                sz = std::fma(0.0 - un, nz, uz);
@@ -111,14 +122,16 @@ void one_contact(const ContactPhase& phase, CycleKind kind, std::size_t c, Conta
   phase.shear_x[c] = tx;
   phase.shear_y[c] = ty;
   phase.shear_z[c] = tz;
+  if (phase.spin != nullptr) {
+    phase.couple[c] = {std::fma(ny, tz, 0.0 - nz * ty), std::fma(nz, tx, 0.0 - nx * tz),
+                       std::fma(nx, ty, 0.0 - ny * tx), 0.0};
+  }
   const double fx = std::fma(0.0 - fn, nx, tx), fy = std::fma(0.0 - fn, ny, ty),
                fz = std::fma(0.0 - fn, nz, tz);
-  hand_over(phase, kind, c, {fx, fy, fz, kn});
-
   const double area = root_radius * root_radius * overlap;  // eq 12, over pi
+  hand_over(phase, kind, c, {fx, fy, fz, kind.measure ? kn : 0.0}, fn / (std::numbers::pi * area));
   if (kind.check && fn > std::min(a.breaking_stress, b.breaking_stress) * area) sums.breaking = true;
   if (kind.measure) {
-    phase.stress[c] = fn / (std::numbers::pi * area);
     sums.force += to_quanta(std::sqrt(dot(fx, fy, fz, fx, fy, fz)), 0x1p40);
     sums.overlap += to_quanta(overlap, 0x1p60);
     ++sums.touching;

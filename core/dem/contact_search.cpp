@@ -45,6 +45,7 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
 
   contacts.near_walls.resize(n);
   contacts.reference.resize(n);
+  contacts.special.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const Body& body = specimen.particles.body[i];
     const double centre[3] = {body.x, body.y, body.z};
@@ -58,6 +59,7 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
       }
     }
     contacts.near_walls[i] = near;
+    if (near != 0 || contacts.shared[i] != 0) contacts.special.push_back(static_cast<std::int32_t>(i));
     contacts.reference[i] = {body.x, body.y, body.z, reach_[i] * reach_[i]};
   }
   contacts.wall_reference = specimen.walls.position;
@@ -228,6 +230,7 @@ void ContactSearch::lay_rows(Specimen& specimen, Team& team) {
 
 void ContactSearch::share_out(Contacts& contacts, std::size_t particles, const Team& team) const {
   contacts.resultant.assign(particles, ContactForce{0.0, 0.0, 0.0, 0.0});
+  contacts.peak_stress.assign(particles, 0.0);
   contacts.shared.assign(particles, 0);
   contacts.deferred.assign(contacts.first.size(), 0);
   // Padding repeats the last contact and must not be added to its particles.

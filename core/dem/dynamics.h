@@ -72,6 +72,7 @@ class Dynamics {
     ParticleSums particles;
   };
   Sums compute(Specimen& specimen, CycleKind kind, double kick, double drift, CycleResult& result);
+  void turn_particles(Specimen& specimen, double kick);
   void book(Specimen& specimen, const Sums& sums, CycleKind kind) const;
   void move_walls(Specimen& specimen, const WallControl& control, double drift) const;
   void advance_clocks(Specimen& specimen, double drift) const;

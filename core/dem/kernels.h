@@ -5,9 +5,9 @@
 //
 // A particle's resultant is the sum over neighbours in ascending id, then walls 0 to 5. Contacts come in
 // ascending (first, second), so adding each to its particles in turn gives that order: all neighbours of
-// lower id own earlier contacts. Where the contacts of a particle fall to different threads ("shared"), and
-// in measuring cycles, forces go to slots instead, one a contact, and the particle kernel adds them in the
-// same order.
+// lower id own earlier contacts. Where the contacts of a particle fall to different threads ("shared"),
+// forces go to slots instead, one a contact, and the particle kernel adds them in the same order. Measuring
+// cycles fill all slots, and add up stiffnesses and the largest stress of each particle as well.
 //
 // There is one set of kernels an instruction set; "portable" is the plain scalar twin that tests hold the
 // others against. All sets compute the same bits. Sums over particles or contacts come back as integers of
@@ -48,7 +48,11 @@ struct ContactPhase {
   ContactForce* force = nullptr;           ///< slots
   ContactForce* resultant = nullptr;       ///< of particles; zero at the start of a cycle
   const std::uint8_t* deferred = nullptr;  ///< kDeferFirst, kDeferSecond
-  double* stress = nullptr;
+  double* stress = nullptr;                ///< slots; measuring cycles only
+  double* peak_stress = nullptr;           ///< of particles, as resultant; measuring cycles only
+  const Spin* spin = nullptr;              ///< of particles; nullptr: rotation is blocked, and costs nothing
+  ContactForce* couple =
+      nullptr;  ///< normal x tangential force [N]: times its radius the moment on a particle
   LawView law;
   double modulus = 0.0;           ///< E' [Pa]
   double tangential_ratio = 0.0;  ///< kt/kn [-]
@@ -69,9 +73,12 @@ struct ContactSums {
 struct ParticlePhase {
   Body* body = nullptr;
   const ContactForce* force = nullptr;
-  ContactForce* resultant = nullptr;     ///< left zero for the next cycle
-  const std::uint8_t* shared = nullptr;  ///< 1: add up slots instead
+  ContactForce* resultant = nullptr;      ///< left zero for the next cycle
+  const std::uint8_t* shared = nullptr;   ///< 1: add up slots instead
+  const std::int32_t* special = nullptr;  ///< particles that are shared or near walls, ascending
+  std::size_t special_count = 0;
   const double* stress = nullptr;
+  double* peak_stress = nullptr;  ///< left zero for the next cycle
   const std::int32_t* own_begin = nullptr;
   const std::int32_t* lower_begin = nullptr;
   const std::int32_t* lower_contact = nullptr;

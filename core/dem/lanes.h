@@ -9,7 +9,7 @@
 
 #include <cstdint>
 
-#include "core/dem/specimen.h"
+#include "core/dem/kernels.h"
 
 namespace creep::CREEP_KERNEL_NAMESPACE {
 
@@ -28,7 +28,9 @@ struct Int {
 inline Vec all(double x) { return {_mm512_set1_pd(x)}; }
 inline Int all_int(std::int64_t x) { return {_mm512_set1_epi64(x)}; }
 inline Vec load(const double* p) { return {_mm512_load_pd(p)}; }
+inline Vec load_anywhere(const double* p) { return {_mm512_loadu_pd(p)}; }
 inline void store(double* p, Vec a) { _mm512_store_pd(p, a.v); }
+inline void store_anywhere(double* p, Vec a) { _mm512_storeu_pd(p, a.v); }
 inline Vec operator+(Vec a, Vec b) { return {_mm512_add_pd(a.v, b.v)}; }
 inline Vec operator-(Vec a, Vec b) { return {_mm512_sub_pd(a.v, b.v)}; }
 inline Vec operator*(Vec a, Vec b) { return {_mm512_mul_pd(a.v, b.v)}; }
@@ -44,6 +46,9 @@ inline int count(Mask m) { return __builtin_popcount(m); }
 inline Mask first_lanes(int n) { return static_cast<Mask>((1u << n) - 1u); }
 inline Vec select(Mask m, Vec yes, Vec no) { return {_mm512_mask_blend_pd(m, no.v, yes.v)}; }
 inline Vec keep(Mask m, Vec a) { return {_mm512_maskz_mov_pd(m, a.v)}; }
+/// Both are false for what is no number.
+inline Mask differ(Vec a, Vec b) { return _mm512_cmp_pd_mask(a.v, b.v, _CMP_NEQ_OQ); }
+inline Mask equal(Vec a, Vec b) { return _mm512_cmp_pd_mask(a.v, b.v, _CMP_EQ_OQ); }
 inline Int bits(Vec a) { return {_mm512_castpd_si512(a.v)}; }
 inline Vec from_bits(Int a) { return {_mm512_castsi512_pd(a.v)}; }
 inline Int operator+(Int a, Int b) { return {_mm512_add_epi64(a.v, b.v)}; }
@@ -93,10 +98,12 @@ inline void load_pairs(const Body* body, const std::int32_t* first, const std::i
   transpose(rows, out);
 }
 
-/// Four doubles at p + 4 index for each lane, as four vectors.
-inline void load_quads(const double* p, Int index, Vec out[4]) {
-  alignas(64) std::int64_t at[8];
-  _mm512_store_si512(at, index.v);
+inline Int load_indices(const std::int32_t* p) {
+  return {_mm512_cvtepi32_epi64(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)))};
+}
+
+/// Four doubles at p + 4 at[k] for each lane k, as four vectors.
+inline void load_quads_at(const double* p, const std::int64_t at[8], Vec out[4]) {
   __m512d pair[4];
   for (int k = 0; k < 4; ++k) {  // lanes k and k+4 side by side
     pair[k] = _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_load_pd(p + 4 * at[k])),
@@ -110,6 +117,31 @@ inline void load_quads(const double* p, Int index, Vec out[4]) {
   out[1].v = _mm512_permutex2var_pd(b, low, d);
   out[2].v = _mm512_permutex2var_pd(a, high, c);
   out[3].v = _mm512_permutex2var_pd(b, high, d);
+}
+
+inline void load_quads(const double* p, Int index, Vec out[4]) {
+  alignas(64) std::int64_t at[8];
+  _mm512_store_si512(at, index.v);
+  load_quads_at(p, at, out);
+}
+
+inline void load_consecutive_quads(const double* p, Vec out[4]) {
+  static constexpr std::int64_t kAt[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+  load_quads_at(p, kAt, out);
+}
+
+inline void load_consecutive_bodies(const Body* body, Vec out[8]) {
+  __m512d rows[8];
+  for (int k = 0; k < 8; ++k) rows[k] = _mm512_load_pd(&body[k].x);
+  transpose(rows, out);
+}
+
+inline void store_consecutive_bodies(Body* body, const Vec fields[8]) {
+  __m512d columns[8];
+  Vec rows[8];
+  for (int k = 0; k < 8; ++k) columns[k] = fields[k].v;
+  transpose(columns, rows);
+  for (int k = 0; k < 8; ++k) _mm512_store_pd(&body[k].x, rows[k].v);
 }
 
 inline void store_forces(ContactForce* out, Vec x, Vec y, Vec z, Vec w) {
@@ -145,7 +177,9 @@ struct Mask {
 inline Vec all(double x) { return {_mm256_set1_pd(x)}; }
 inline Int all_int(std::int64_t x) { return {_mm256_set1_epi64x(x)}; }
 inline Vec load(const double* p) { return {_mm256_load_pd(p)}; }
+inline Vec load_anywhere(const double* p) { return {_mm256_loadu_pd(p)}; }
 inline void store(double* p, Vec a) { _mm256_store_pd(p, a.v); }
+inline void store_anywhere(double* p, Vec a) { _mm256_storeu_pd(p, a.v); }
 inline Vec operator+(Vec a, Vec b) { return {_mm256_add_pd(a.v, b.v)}; }
 inline Vec operator-(Vec a, Vec b) { return {_mm256_sub_pd(a.v, b.v)}; }
 inline Vec operator*(Vec a, Vec b) { return {_mm256_mul_pd(a.v, b.v)}; }
@@ -163,6 +197,9 @@ inline Mask first_lanes(int n) {
 }
 inline Vec select(Mask m, Vec yes, Vec no) { return {_mm256_blendv_pd(no.v, yes.v, m.v)}; }
 inline Vec keep(Mask m, Vec a) { return {_mm256_and_pd(m.v, a.v)}; }
+/// Both are false for what is no number.
+inline Mask differ(Vec a, Vec b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_NEQ_OQ)}; }
+inline Mask equal(Vec a, Vec b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_EQ_OQ)}; }
 inline Int bits(Vec a) { return {_mm256_castpd_si256(a.v)}; }
 inline Vec from_bits(Int a) { return {_mm256_castsi256_pd(a.v)}; }
 inline Int operator+(Int a, Int b) { return {_mm256_add_epi64(a.v, b.v)}; }
@@ -212,6 +249,10 @@ inline void load_pairs(const Body* body, const std::int32_t* first, const std::i
   transpose(high, out + 4);
 }
 
+inline Int load_indices(const std::int32_t* p) {
+  return {_mm256_cvtepi32_epi64(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)))};
+}
+
 /// Four doubles at p + 4 index for each lane, as four vectors.
 inline void load_quads(const double* p, Int index, Vec out[4]) {
   std::int64_t at[4];
@@ -219,6 +260,37 @@ inline void load_quads(const double* p, Int index, Vec out[4]) {
   __m256d rows[4];
   for (int k = 0; k < 4; ++k) rows[k] = _mm256_load_pd(p + 4 * at[k]);
   transpose(rows, out);
+}
+
+inline void load_consecutive_quads(const double* p, Vec out[4]) {
+  __m256d rows[4];
+  for (int k = 0; k < 4; ++k) rows[k] = _mm256_load_pd(p + 4 * k);
+  transpose(rows, out);
+}
+
+inline void load_consecutive_bodies(const Body* body, Vec out[8]) {
+  __m256d low[4], high[4];
+  for (int k = 0; k < 4; ++k) {
+    low[k] = _mm256_load_pd(&body[k].x);
+    high[k] = _mm256_load_pd(&body[k].vx);
+  }
+  transpose(low, out);
+  transpose(high, out + 4);
+}
+
+inline void store_consecutive_bodies(Body* body, const Vec fields[8]) {
+  __m256d low[4], high[4];
+  Vec rows[8];
+  for (int k = 0; k < 4; ++k) {
+    low[k] = fields[k].v;
+    high[k] = fields[4 + k].v;
+  }
+  transpose(low, rows);
+  transpose(high, rows + 4);
+  for (int k = 0; k < 4; ++k) {
+    _mm256_store_pd(&body[k].x, rows[k].v);
+    _mm256_store_pd(&body[k].vx, rows[4 + k].v);
+  }
 }
 
 inline void store_forces(ContactForce* out, Vec x, Vec y, Vec z, Vec w) {
@@ -229,5 +301,17 @@ inline void store_forces(ContactForce* out, Vec x, Vec y, Vec z, Vec w) {
 }
 
 #endif
+
+/// |size| with the sign of `like`, and 0 where that is 0.
+inline Vec with_sign(Vec size, Vec like) {
+  const Int sign = all_int(INT64_MIN), magnitude = all_int(INT64_MAX);
+  return keep(differ(like, all(0.0)), from_bits((bits(size) & magnitude) | (bits(like) & sign)));
+}
+
+/// Rounded to integers by the exponent trick; lanes outside the mask count nothing.
+inline Int to_quanta(Mask mask, Vec value, double scale) {
+  const Vec clamped = min(max(value * all(scale), all(-quanta::kLimit)), all(quanta::kLimit));
+  return bits(keep(mask, clamped) + all(quanta::kMagic)) - bits(all(quanta::kMagic));
+}
 
 }  // namespace creep::CREEP_KERNEL_NAMESPACE

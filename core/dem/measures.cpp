@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/arithmetic/elementary.h"
+#include "core/dem/rotation.h"
 #include "core/physics/grading.h"
 
 namespace creep {
@@ -50,6 +51,10 @@ double kinetic_energy(const Specimen& specimen) {
   for (std::size_t i = 0; i < specimen.particles.size(); ++i) {
     const Body& b = specimen.particles.body[i];
     energy += 0.5 * specimen.particles.inertial_mass[i] * (b.vx * b.vx + b.vy * b.vy + b.vz * b.vz);
+  }
+  for (std::size_t i = 0; i < specimen.particles.spin.size(); ++i) {
+    const Spin& s = specimen.particles.spin[i];
+    energy += 0.5 * moment_of_inertia(specimen.particles, i) * (s.x * s.x + s.y * s.y + s.z * s.z);
   }
   return energy;
 }

@@ -17,7 +17,7 @@ struct ElasticEnergy {
 /// Needs a valid list.
 ElasticEnergy elastic_energy(const Specimen& specimen, const ContactModel& model);
 
-/// Of the inertial masses [J].
+/// Of the inertial masses, turning included [J].
 double kinetic_energy(const Specimen& specimen);
 
 /// Mass of all particles [kg].

@@ -158,6 +158,10 @@ void name_particles(Specimen& specimen, const Experiment& experiment) {
     const double position[3] = {body.x, body.y, body.z}, velocity[3] = {body.vx, body.vy, body.vz};
     std::copy(position, position + 3, birth.position);
     std::copy(velocity, velocity + 3, birth.velocity);
+    if (experiment.material.free_rotation) {
+      const double spin[3] = {old.spin[i].x, old.spin[i].y, old.spin[i].z};
+      std::copy(spin, spin + 3, birth.spin);
+    }
     append_particle(specimen.particles, experiment, birth);
   }
   specimen.next_id = specimen.particles.size();
@@ -192,6 +196,7 @@ void stop_free_flight(Particles& particles) {
   for (std::size_t i = 0; i < particles.size(); ++i) {
     if (particles.mobilised_stress[i] == 0.0) {
       particles.body[i].vx = particles.body[i].vy = particles.body[i].vz = 0.0;
+      if (!particles.spin.empty()) particles.spin[i] = Spin{};
     }
   }
 }

@@ -51,6 +51,7 @@ void append_particle(Particles& particles, const Experiment& experiment, const B
   particles.limit_stress.push_back(strength);
   particles.crack.push_back(initial_crack(diameter, uniform(seed, birth.id, RandomEvent::kCrack)));
   particles.mobilised_stress.push_back(0.0);
+  if (material.free_rotation) particles.spin.push_back({birth.spin[0], birth.spin[1], birth.spin[2], 0.0});
 }
 
 }  // namespace creep

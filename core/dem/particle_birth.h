@@ -15,6 +15,7 @@ struct Birth {
   double radius = 0.0;             ///< [m]
   double position[3] = {0, 0, 0};  ///< [m]
   double velocity[3] = {0, 0, 0};  ///< [m/s]
+  double spin[3] = {0, 0, 0};      ///< [rad/s]; counts where rotation is free
 };
 
 /// Appends a particle: sigma_lim (eq 11) and a0 are drawn by its id, inertial mass by the scaling in force.

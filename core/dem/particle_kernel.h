@@ -4,6 +4,7 @@
 // nothing but the law's polynomial, so it gives the same bits in each. The resultant is summed in ascending
 // neighbour id: walls, then neighbours of lower id (they own the contact, so the force is subtracted), then
 // those of higher id.
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -59,9 +60,8 @@ inline WallLoad wall_contacts(const ParticlePhase& phase, const Body& body, unsi
                               ParticleSums& sums) {
   WallLoad load;
   const double centre[3] = {body.x, body.y, body.z};
-  const double prefactor = phase.wall_modulus * __builtin_sqrt(body.radius);
-  for (unsigned wall = 0; wall < 6; ++wall) {
-    if ((near >> wall & 1u) == 0) continue;
+  for (; near != 0; near &= near - 1) {
+    const auto wall = static_cast<unsigned>(std::countr_zero(near));
     const unsigned axis = wall / 2;
     const bool high = (wall & 1u) != 0;
     const double gap =
@@ -70,6 +70,7 @@ inline WallLoad wall_contacts(const ParticlePhase& phase, const Body& body, unsi
     if (!(overlap > 0.0)) continue;
     double g, slope;
     evaluate(phase.law, overlap, g, slope);
+    const double prefactor = phase.wall_modulus * __builtin_sqrt(body.radius);
     const double force = prefactor * g, stiffness = prefactor * slope;
     load.force[axis] += high ? -force : force;
     load.stiffness += stiffness;
@@ -104,56 +105,67 @@ inline double move(const ParticlePhase& phase, Quad force, double mass, Quad& po
 
 }  // namespace particle
 
+/// What only some particles have: contacts of several threads, whose slots are added up here, and walls.
+template <bool kMeasure>
+void complete(const ParticlePhase& phase, CycleKind kind, std::size_t i, ParticleSums& sums) {
+  using namespace particle;
+  Quad force = load_quad(&phase.resultant[i].x);
+  double stress = kMeasure ? phase.peak_stress[i] : 0.0;
+  if (phase.shared[i] != 0) {
+    force = quad_all(0.0);
+    const auto add = [&](std::int32_t c, Quad sum) {
+      force = sum;
+      if constexpr (kMeasure) stress = phase.stress[c] > stress ? phase.stress[c] : stress;
+    };
+    for (std::int32_t k = phase.lower_begin[i]; k < phase.lower_begin[i + 1]; ++k) {
+      const std::int32_t c = phase.lower_contact[k];
+      add(c, force + turned(load_quad(&phase.force[c].x)));
+    }
+    for (std::int32_t c = phase.own_begin[i]; c < phase.own_begin[i + 1]; ++c)
+      add(c, force + load_quad(&phase.force[c].x));
+  }
+  if (const unsigned near = phase.near_walls[i]; near != 0) {
+    const WallLoad load = wall_contacts(phase, phase.body[i], near, kind, sums);
+    force = force + quad(load.force[0], load.force[1], load.force[2], load.stiffness);
+    stress = load.stress > stress ? load.stress : stress;
+    if (load.breaking > 0.0) {
+      sums.breaking = true;
+      phase.breaking[i] = load.breaking;
+    }
+  }
+  store_quad(&phase.resultant[i].x, force);
+  if constexpr (kMeasure) phase.peak_stress[i] = stress;
+}
+
+/// Before any of them moves: a loop of its own is one whose turns the processor can foresee.
+template <bool kMeasure>
+void complete_special(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
+                      ParticleSums& sums) {
+  const std::int32_t* const last = phase.special + phase.special_count;
+  const std::int32_t* i = std::lower_bound(phase.special, last, static_cast<std::int32_t>(begin));
+  for (; i != last && static_cast<std::size_t>(*i) < end; ++i)
+    complete<kMeasure>(phase, kind, static_cast<std::size_t>(*i), sums);
+}
+
 template <bool kMeasure, bool kMove>
 void particles_of(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                   ParticleSums& sums) {
   using namespace particle;
+  complete_special<kMeasure>(phase, kind, begin, end, sums);
   bool list_ends = false;
   std::int64_t damping = 0;
   double stiffest = sums.largest_stiffness_over_mass;
   for (std::size_t i = begin; i < end; ++i) {
     Body& body = phase.body[i];
-    double* const resultant = &phase.resultant[i].x;
-    Quad force = load_quad(resultant);
-    double contact_stiffness = 0.0, stress = 0.0;
-    if (kMeasure || phase.shared[i] != 0) {
-      force = quad_all(0.0);
-      const std::int32_t lower_end = phase.lower_begin[i + 1];
-      for (std::int32_t k = phase.lower_begin[i]; k < lower_end; ++k) {
-        const std::int32_t c = phase.lower_contact[k];
-        force = force - load_quad(&phase.force[c].x);
-        if constexpr (kMeasure) {
-          contact_stiffness += phase.force[c].stiffness;
-          stress = phase.stress[c] > stress ? phase.stress[c] : stress;
-        }
-      }
-      const std::int32_t own_end = phase.own_begin[i + 1];
-      for (std::int32_t c = phase.own_begin[i]; c < own_end; ++c) {
-        force = force + load_quad(&phase.force[c].x);
-        if constexpr (kMeasure) {
-          contact_stiffness += phase.force[c].stiffness;
-          stress = phase.stress[c] > stress ? phase.stress[c] : stress;
-        }
-      }
-    }
-    store_quad(resultant, quad_all(0.0));
-    double wall_stiffness = 0.0;
-    if (const unsigned near = phase.near_walls[i]; near != 0) {
-      const WallLoad load = wall_contacts(phase, body, near, kind, sums);
-      force = force + quad(load.force[0], load.force[1], load.force[2], 0.0);
-      wall_stiffness = load.stiffness;
-      stress = load.stress > stress ? load.stress : stress;
-      if (load.breaking > 0.0) {
-        sums.breaking = true;
-        phase.breaking[i] = load.breaking;
-      }
-    }
+    const Quad force = load_quad(&phase.resultant[i].x);
+    store_quad(&phase.resultant[i].x, quad_all(0.0));
     const double mass = phase.inertial_mass[i];
     if constexpr (kMeasure) {
       alignas(32) double f[4];
       store_quad(f, force);
-      const double stiffness = wall_stiffness + contact_stiffness;
-      phase.mobilised_stress[i] = stress;
+      const double stiffness = f[3];
+      phase.mobilised_stress[i] = phase.peak_stress[i];
+      phase.peak_stress[i] = 0.0;
       if (stiffness > 0.0) {
         ++sums.with_contacts;
         sums.resultant += to_quanta(__builtin_sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]), 0x1p40);

@@ -4,6 +4,8 @@
 // the namespace of the instruction set they are compiled for.
 #pragma once
 
+#include <cstdint>
+
 #if defined(__AVX2__)
 #include <immintrin.h>
 #endif
@@ -30,8 +32,16 @@ inline Quad with_sign(Quad size, Quad like) {
   const __m256d bits = _mm256_or_pd(_mm256_andnot_pd(sign_bit, size.v), _mm256_and_pd(sign_bit, like.v));
   return {_mm256_and_pd(bits, moving)};
 }
+/// Lanes 0, 1, 2 with the other sign.
+inline Quad turned(Quad a) { return {_mm256_xor_pd(a.v, _mm256_setr_pd(-0.0, -0.0, -0.0, 0.0))}; }
 /// Lanes 0, 1, 2 of a and lane 3 of b.
 inline Quad three_and_one(Quad a, Quad b) { return {_mm256_blend_pd(a.v, b.v, 0x8)}; }
+/// Without a branch.
+inline Quad one_of(bool which, Quad yes, Quad no) {
+  alignas(32) static constexpr std::int64_t kMasks[2][4] = {{0, 0, 0, 0}, {-1, -1, -1, -1}};
+  const __m256i mask = _mm256_load_si256(reinterpret_cast<const __m256i*>(kMasks[which]));
+  return {_mm256_blendv_pd(no.v, yes.v, _mm256_castsi256_pd(mask))};
+}
 
 #else
 
@@ -62,8 +72,11 @@ inline Quad with_sign(Quad size, Quad like) {
   }
   return out;
 }
+/// Lanes 0, 1, 2 with the other sign.
+inline Quad turned(Quad a) { return {{-a.v[0], -a.v[1], -a.v[2], a.v[3]}}; }
 /// Lanes 0, 1, 2 of a and lane 3 of b.
 inline Quad three_and_one(Quad a, Quad b) { return {{a.v[0], a.v[1], a.v[2], b.v[3]}}; }
+inline Quad one_of(bool which, Quad yes, Quad no) { return which ? yes : no; }
 
 #endif
 

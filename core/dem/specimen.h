@@ -27,6 +27,7 @@ struct Particles {
   std::vector<double> limit_stress;      ///< sigma_lim [Pa] (eq 11)
   std::vector<double> crack;             ///< half-length a [m] (eq 21)
   std::vector<double> mobilised_stress;  ///< sigma_mob of the last measuring cycle [Pa] (eq 12)
+  AlignedVector<Spin> spin;              ///< n where rotation is free, else empty
 
   std::size_t size() const { return body.size(); }
   Eigen::Vector3d position(std::size_t i) const { return {body[i].x, body[i].y, body[i].z}; }
@@ -40,7 +41,9 @@ struct Contacts {
   AlignedVector<double> root_radius;        ///< sqrt(r') [m^0.5], padded
   AlignedVector<double> shear_x, shear_y, shear_z;  ///< tangential force on first [N], padded
   AlignedVector<ContactForce> force;        ///< of the last measuring cycle, padded; a work space of kernels
+  AlignedVector<ContactForce> couple;       ///< padded where rotation is free; a work space of kernels
   AlignedVector<ContactForce> resultant;    ///< n: zero between cycles; a work space of kernels
+  AlignedVector<double> peak_stress;        ///< n: zero between cycles; a work space of kernels
   std::vector<std::uint8_t> deferred;       ///< padded: which ends are added up by the particle kernel
   std::vector<std::uint8_t> shared;         ///< n: 1 if the contacts fall to different threads
   AlignedVector<double> stress;             ///< F/(pi r' delta) of the last measuring cycle [Pa], padded
@@ -49,6 +52,7 @@ struct Contacts {
   std::vector<std::int32_t> lower_begin;    ///< n+1: places in lower_contact of those of which i is second
   std::vector<std::int32_t> lower_contact;  ///< ascending first
   std::vector<std::uint8_t> near_walls;     ///< n: bit w set if wall w is within the skin
+  std::vector<std::int32_t> special;        ///< particles that are shared or near walls, ascending
   AlignedVector<ListReference> reference;   ///< n: how far the list holds
   std::array<double, 6> wall_reference{};   ///< wall positions then [m]
   bool valid = false;                       ///< false: must be searched anew before the next cycle
@@ -60,6 +64,7 @@ struct Walls {
   std::array<double, 6> velocity{};   ///< along its axis, half a step behind [m/s]
   std::array<double, 6> force{};      ///< reaction, compression positive [N]
   std::array<double, 6> stiffness{};  ///< summed normal stiffness of its contacts [N/m]
+  std::array<double, 3> carried{};    ///< inward velocity of a pair that follows its specimen (servo.h) [m/s]
 
   double length(std::size_t axis) const { return position[2 * axis + 1] - position[2 * axis]; }
   double area(std::size_t axis) const { return length((axis + 1) % 3) * length((axis + 2) % 3); }

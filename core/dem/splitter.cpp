@@ -50,8 +50,8 @@ Eigen::Vector3d loaded_direction(const Specimen& specimen, const ContactModel& m
   return direction;
 }
 
-template <class T>
-void drop(std::vector<T>& values, const std::vector<std::int32_t>& new_index) {
+template <class Column>
+void drop(Column& values, const std::vector<std::int32_t>& new_index) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < new_index.size(); ++i) {
     if (new_index[i] >= 0) values[kept++] = values[i];
@@ -83,6 +83,7 @@ std::vector<std::int32_t> remove(Particles& particles, const std::vector<Failure
   drop(particles.limit_stress, new_index);
   drop(particles.crack, new_index);
   drop(particles.mobilised_stress, new_index);
+  if (!particles.spin.empty()) drop(particles.spin, new_index);
   return new_index;
 }
 
@@ -91,6 +92,7 @@ struct Parent {
   std::uint64_t id;
   std::int32_t generation;
   double mass;
+  Eigen::Vector3d spin;  // 0 where rotation is blocked
   Eigen::Vector3d direction;
 };
 
@@ -107,7 +109,9 @@ void split(Specimen& specimen, const Experiment& experiment, Dynamics& dynamics,
   parents.reserve(failures.size());
   for (const Failure& failure : failures) {
     const auto i = static_cast<std::size_t>(failure.index);
-    parents.push_back({particles.body[i], particles.id[i], particles.generation[i], particles.mass[i],
+    Eigen::Vector3d spin = Eigen::Vector3d::Zero();
+    if (!particles.spin.empty()) spin = {particles.spin[i].x, particles.spin[i].y, particles.spin[i].z};
+    parents.push_back({particles.body[i], particles.id[i], particles.generation[i], particles.mass[i], spin,
                        loaded_direction(specimen, dynamics.model(), i)});
   }
   const std::vector<std::int32_t> new_index = remove(particles, failures);
@@ -118,7 +122,8 @@ void split(Specimen& specimen, const Experiment& experiment, Dynamics& dynamics,
     const Eigen::Vector3d centre(parent.body.x, parent.body.y, parent.body.z);
     double sibling_mass = 0.0;
     for (const Sibling& sibling : layout) {
-      const Eigen::Vector3d position = centre + parent.body.radius * (rotation * sibling.centre);
+      const Eigen::Vector3d branch = parent.body.radius * (rotation * sibling.centre);
+      const Eigen::Vector3d position = centre + branch;
       Birth birth;
       birth.id = specimen.next_id++;
       birth.parent = parent.id;
@@ -128,6 +133,13 @@ void split(Specimen& specimen, const Experiment& experiment, Dynamics& dynamics,
       birth.velocity[0] = parent.body.vx;
       birth.velocity[1] = parent.body.vy;
       birth.velocity[2] = parent.body.vz;
+      if (experiment.material.free_rotation) {  // the fragments go on as the one body they were
+        const Eigen::Vector3d of_turning = parent.spin.cross(branch);
+        for (int axis = 0; axis < 3; ++axis) {
+          birth.velocity[axis] += of_turning[axis];
+          birth.spin[axis] = parent.spin[axis];
+        }
+      }
       append_particle(particles, experiment, birth);
       sibling_mass += particles.mass.back();
     }

@@ -57,7 +57,8 @@ struct Material {
   double roughness_n1 = 0.05;   ///< n1 [-] (eq 6)
   double roughness_n2 = 5.0;    ///< n2 [-] (eq 7)
   double wall_stiffness_factor =
-      1.0;  ///< E' at walls over E' between grains; 2 = rigid walls (open reading) [-]
+      1.0;                     ///< E' at walls over E' between grains; 2 = rigid walls (open reading) [-]
+  bool free_rotation = false;  ///< particles may turn; the paper blocks their rotation
   // Strength (eqs 10-12)
   double limit_stress = 3.75e9;          ///< sigma_lim0 [Pa]
   double reference_diameter = 2e-3;      ///< d0 [m] (open reading)

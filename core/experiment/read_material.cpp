@@ -11,6 +11,7 @@ namespace {
 constexpr std::array<std::string_view, 3> kLayouts = {"octahedral", "cubic", "tetrahedral"};
 constexpr std::array kLayoutValues = {SplitLayout::kOctahedral, SplitLayout::kCubic,
                                       SplitLayout::kTetrahedral};
+constexpr std::array<std::string_view, 2> kRotations = {"blocked", "free"};
 
 }  // namespace
 
@@ -26,6 +27,7 @@ Material read_material(const DocumentNode& table, DiagnosticLog& log) {
   reader.number("roughness_n1", 0.0, 10.0, material.roughness_n1);
   reader.number("roughness_n2", 0.0, 100.0, material.roughness_n2);
   reader.number("wall_stiffness_factor", 0.1, 10.0, material.wall_stiffness_factor);
+  if (const auto rotation = reader.word("rotation", kRotations)) material.free_rotation = *rotation == 1;
   reader.quantity("limit_stress", Dimension::kStress, 1e6, 1e12, material.limit_stress);
   reader.quantity("reference_diameter", Dimension::kLength, 1e-6, 1.0, material.reference_diameter);
   reader.number("size_exponent", 0.0, 1.0, material.size_exponent);

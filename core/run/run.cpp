@@ -540,6 +540,10 @@ absl::StatusOr<std::unique_ptr<Run>> Run::start_from(const Experiment& experimen
   RunState& state = impl->state;
   state.specimen = std::move(source->specimen);
   state.specimen.friction = experiment.material.friction;
+  Particles& particles = state.specimen.particles;
+  if (particles.spin.empty() == experiment.material.free_rotation) {  // set free or blocked from here on
+    particles.spin.assign(experiment.material.free_rotation ? particles.size() : 0, Spin{});
+  }
   state.packing = source->packing;
   const Cursor& before = source->cursor;
   state.cursor.act = Cursor::Act::kStart;
@@ -592,6 +596,10 @@ absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, c
   }
   absl::StatusOr<RunState> state = read_checkpoint(checkpoint);
   if (!state.ok()) return state.status();
+  if (state->specimen.particles.spin.empty() == experiment.material.free_rotation) {
+    return absl::DataLossError(
+        "this checkpoint has no spins where the experiment has, or the other way round");
+  }
   if (!stands_in(experiment.program, state->cursor)) {
     return absl::DataLossError("this checkpoint does not stand in the program of its experiment");
   }

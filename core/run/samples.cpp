@@ -49,6 +49,33 @@ std::vector<double> curve_diameters(const Experiment& experiment) {
   return diameters;
 }
 
+struct RelativeBreakage {
+  double hardin, einav;
+};
+
+/// Against the grading of the packed specimen, which is known from the experiment, whatever the run started
+/// from. Einav's ultimate grading is fractal up to the coarsest grain.
+RelativeBreakage relative_breakage(const RunState& state, const Experiment& experiment) {
+  if (state.cursor.initial_count == 0) return {0.0, 0.0};  // still packing
+  const Material& material = experiment.material;
+  const std::vector<double> diameters = curve_diameters(experiment);
+  const std::vector<double> grains =
+      stratified_diameters(experiment.specimen.grading, state.cursor.initial_count);
+  double all = 0.0;
+  for (const double d : grains) all += d * d * d;
+  std::vector<double> initial(diameters.size(), 0.0), ultimate;
+  for (std::size_t k = 0; k < diameters.size(); ++k) {
+    for (const double d : grains) {
+      if (d <= diameters[k]) initial[k] += d * d * d / all;
+    }
+    ultimate.push_back(fractal_passing(diameters[k], grains.back(), material.grading_index_min_diameter,
+                                       3.0 - material.fractal_dimension));
+  }
+  const std::vector<double> current = passing(state.specimen, material, diameters);
+  return {breakage_hardin(diameters, initial, current),
+          breakage_einav(diameters, initial, current, ultimate)};
+}
+
 double mass_unexplained(const Specimen& specimen) {
   return (particle_mass(specimen) + fines_mass(specimen)) / specimen.initial_mass - 1.0;
 }
@@ -174,6 +201,7 @@ std::vector<SummaryFigure> summary_figures(const RunState& state, const Experime
   const Cursor& cursor = state.cursor;
   const VoidRatio e = void_ratio(s, experiment.material.density);
   const EnergyBalance energy = energy_balance(s, model);
+  const RelativeBreakage breakage = relative_breakage(state, experiment);
   return {
       {"void_ratio_target", experiment.specimen.void_ratio},
       {"void_ratio_reached", cursor.void_ratio_reached},
@@ -209,7 +237,9 @@ std::vector<SummaryFigure> summary_figures(const RunState& state, const Experime
       {"deviatoric_stress_Pa", value_of(Target::Measure::kDeviatoricStress, s)},
       {"peak_deviatoric_stress_Pa", cursor.peak_deviatoric_stress},
       {"axial_strain_at_peak", cursor.strain_at_peak},
-      {"axial_stress_before_hold_Pa", cursor.stress_loaded}};
+      {"axial_stress_before_hold_Pa", cursor.stress_loaded},
+      {"breakage_hardin", breakage.hardin},
+      {"breakage_einav", breakage.einav}};
 }
 
 }  // namespace creep

@@ -88,10 +88,18 @@ void take_aim(Cursor& cursor, const Stage& stage, const Specimen& specimen) {
 WallControl wall_control(const Stage& stage, const Cursor& cursor, const Numerics& numerics) {
   using Mode = AxisControl::Mode;
   WallControl control{};
+  const auto* triaxial = std::get_if<TriaxialStage>(&stage);
   if (cursor.sides == Cursor::Sides::kHeld) {
-    control[0] = control[1] = {Mode::kServo, cursor.radial_target, numerics.loading_velocity};
+    // At constant volume one pair alone has to open about as fast as the axis closes; as much again for
+    // dilation and for a specimen that is wider than high.
+    const double cap = triaxial != nullptr
+                           ? std::max(numerics.loading_velocity, 2.0 * triaxial->axial_velocity)
+                           : numerics.loading_velocity;
+    const Target* until = target_of(stage);
+    const bool follows = until == nullptr || until->measure != Measure::kMeanStress;
+    control[0] = control[1] = {Mode::kServo, cursor.radial_target, cap, follows};
   }
-  if (const auto* triaxial = std::get_if<TriaxialStage>(&stage)) {
+  if (triaxial != nullptr) {
     control[2] = {Mode::kVelocity, 0.0, triaxial->axial_velocity};
   } else if (const auto* oedometric = std::get_if<OedometricStage>(&stage);
              oedometric != nullptr && is_strain(oedometric->until.measure)) {

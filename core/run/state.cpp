@@ -1,5 +1,6 @@
 #include "core/run/state.h"
 
+#include <array>
 #include <bit>
 #include <cstring>
 #include <type_traits>
@@ -154,6 +155,28 @@ void visit_particles(Archive& archive, Of& particles) {
 }
 
 template <class Archive, class Of>
+void visit_spin(Archive& archive, Of& spins) {
+  std::uint64_t count = spins.size();
+  archive(count);
+  if constexpr (Archive::kReading) {
+    spins.clear();
+    for (std::uint64_t k = 0; k < count && archive.ok(); ++k) {
+      Spin spin{};
+      archive(spin.x);
+      archive(spin.y);
+      archive(spin.z);
+      spins.push_back(spin);
+    }
+  } else {
+    for (const Spin& spin : spins) {
+      archive(spin.x);
+      archive(spin.y);
+      archive(spin.z);
+    }
+  }
+}
+
+template <class Archive, class Of>
 void visit_shear(Archive& archive, Of& history) {
   std::uint64_t count = history.size();
   archive(count);
@@ -201,6 +224,11 @@ void visit_surroundings(Archive& archive, Of& specimen) {
   archive(specimen.next_id);
   archive(specimen.cycle);
   archive(specimen.broken_total);
+}
+
+template <class Archive, class Of>
+void visit_carried(Archive& archive, Of& carried) {
+  for (auto& velocity : carried) archive(velocity);
 }
 
 template <class Archive, class Of>
@@ -385,7 +413,7 @@ absl::Status consistent(const RunState& state, const std::vector<PairShear>& his
   const std::size_t n = particles.id.size();
   if (particles.parent.size() != n || particles.generation.size() != n || particles.mass.size() != n ||
       particles.inertial_mass.size() != n || particles.limit_stress.size() != n ||
-      particles.crack.size() != n) {
+      particles.crack.size() != n || (!particles.spin.empty() && particles.spin.size() != n)) {
     return absl::DataLossError("checkpoint with particle columns of different lengths");
   }
   for (std::size_t k = 0; k < history.size(); ++k) {
@@ -406,6 +434,7 @@ absl::Status consistent(const RunState& state, const std::vector<PairShear>& his
 std::string digest_of(const RunState& state) {
   Digester digest;
   visit_particles(digest, state.specimen.particles);
+  if (!state.specimen.particles.spin.empty()) visit_spin(digest, state.specimen.particles.spin);
   const std::vector<PairShear> history = shear_history(state.specimen.contacts);
   digest(static_cast<std::uint64_t>(history.size()));
   for (const PairShear& pair : history) {
@@ -416,6 +445,9 @@ std::string digest_of(const RunState& state) {
     digest(pair.z);
   }
   visit_surroundings(digest, state.specimen);
+  if (state.specimen.walls.carried != std::array<double, 3>{}) {
+    visit_carried(digest, state.specimen.walls.carried);
+  }
   visit_fines(digest, state.specimen.fines);
   return digest.hex();
 }
@@ -428,9 +460,11 @@ std::string write_checkpoint(const RunState& state, const CheckpointInfo& info) 
   Writer section[7];
   visit_info(section[0], info, kCheckpointVersion);
   visit_particles(section[1], state.specimen.particles);
+  visit_spin(section[1], state.specimen.particles.spin);
   const std::vector<PairShear> history = shear_history(state.specimen.contacts);
   visit_shear(section[2], history);
   visit_surroundings(section[3], state.specimen);
+  visit_carried(section[3], state.specimen.walls.carried);
   visit_fines(section[4], state.specimen.fines);
   visit_energy(section[5], state.specimen.energy);
   visit_cursor(section[6], state.packing, state.cursor, kCheckpointVersion);
@@ -448,8 +482,10 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
   std::vector<PairShear> history;
   visit_info(reader[0], info, verified->version);
   visit_particles(reader[1], state.specimen.particles);
+  if (verified->version >= 4) visit_spin(reader[1], state.specimen.particles.spin);
   visit_shear(reader[2], history);
   visit_surroundings(reader[3], state.specimen);
+  if (verified->version >= 5) visit_carried(reader[3], state.specimen.walls.carried);
   visit_fines(reader[4], state.specimen.fines);
   visit_energy(reader[5], state.specimen.energy);
   visit_cursor(reader[6], state.packing, state.cursor, verified->version);

@@ -73,9 +73,10 @@ std::string digest_of(const RunState& state);
 ///
 /// To change the format: raise kCheckpointVersion (magic and version keep their places: by them older
 /// programs know that they are not to touch the file), keep reading the old one or refuse it by name, and
-/// keep an old file among the tests. Version 1, which does not know about snapshots, and version 2, which
-/// knows only oedometric loading and creep, are read too.
-inline constexpr std::uint32_t kCheckpointVersion = 3;
+/// keep an old file among the tests. Version 1, which does not know about snapshots, version 2, which knows
+/// only oedometric loading and creep, version 3, in which no particle turns, and version 4, in which no wall
+/// follows its specimen, are read too.
+inline constexpr std::uint32_t kCheckpointVersion = 5;
 std::string write_checkpoint(const RunState& state, const CheckpointInfo& info);
 
 /// Errors: FailedPrecondition for one in the format of a newer program, DataLoss for anything else that is

@@ -198,7 +198,8 @@ void write_synthetic_job(const std::filesystem::path& directory, const Synthetic
   writer.save();
   if (!job.finished) return;
   std::ofstream(directory / "summary.json")
-      << R"({"outcome": "completed", "reason": "completed", "figures": {"axial_strain": 0.05},)"
+      << R"({"outcome": "completed", "reason": "completed", "figures": {"axial_strain": 0.05, "breakage_hardin": 0.04214,)"
+      << R"( "breakage_einav": 0.0931},)"
       << R"( "state_digest": "00c0ffee", "warnings": ["target void ratio not reached"],)"
       << R"( "particle_steps_per_second": 3.2e7, "wall_seconds": 211.5, "threads": 2, "attempts": 1})"
       << "\n";

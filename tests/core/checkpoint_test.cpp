@@ -132,21 +132,64 @@ TEST(Checkpoint, made_with_other_arithmetic_needs_a_word_and_leaves_a_mark) {
   EXPECT_TRUE(read_checkpoint_info((*run)->checkpoint())->inexact);
 }
 
-TEST(Checkpoint, of_version_1_is_read) {
-  std::ifstream file(CREEP_SOURCE_DIR "/tests/core/checkpoint_v1.bin", std::ios::binary);
+class OldCheckpoint : public ::testing::TestWithParam<std::uint32_t> {};
+
+TEST_P(OldCheckpoint, is_read) {
+  std::ifstream file(CREEP_SOURCE_DIR "/tests/core/checkpoint_v" + std::to_string(GetParam()) + ".bin",
+                     std::ios::binary);
   std::ostringstream old;
   old << file.rdbuf();
   const auto info = read_checkpoint_info(old.str());
   ASSERT_TRUE(info.ok()) << info.status();
-  EXPECT_EQ(info->format_version, 1u);
+  EXPECT_EQ(info->format_version, GetParam());
   const auto state = read_checkpoint(old.str());
   ASSERT_TRUE(state.ok()) << state.status();
   EXPECT_EQ(digest_of(*state), info->state_digest);
-  EXPECT_EQ(state->cursor.next_snapshot_age, Cursor::kFirstSnapshotAge);
+  if (GetParam() == 1) {
+    EXPECT_EQ(state->cursor.next_snapshot_age, Cursor::kFirstSnapshotAge);
+  }
+  EXPECT_EQ(state->specimen.particles.spin.empty(), GetParam() < 4);
+  EXPECT_EQ(state->specimen.walls.carried, (std::array<double, 3>{}));
   const auto rewritten = read_checkpoint_info(write_checkpoint(*state, *info));
   ASSERT_TRUE(rewritten.ok()) << rewritten.status();
   EXPECT_EQ(rewritten->format_version, kCheckpointVersion);
   EXPECT_EQ(rewritten->state_digest, info->state_digest);
+}
+
+INSTANTIATE_TEST_SUITE_P(Versions, OldCheckpoint, ::testing::Values(1u, 2u, 3u, 4u));
+
+TEST(Checkpoint, keeps_the_spins_of_grains_that_may_turn) {
+  Experiment experiment = short_job();
+  experiment.material.free_rotation = true;
+  const std::unique_ptr<creep::Run> run = started(experiment);
+  while (run->progress().stage == "packing") run->advance(1000000);
+  run->advance(1000);
+  const std::string checkpoint = run->checkpoint();
+  const auto state = read_checkpoint(checkpoint);
+  ASSERT_TRUE(state.ok()) << state.status();
+  ASSERT_EQ(state->specimen.particles.spin.size(), state->specimen.particles.size());
+  EXPECT_NE(state->specimen.particles.spin.back().x, 0.0);
+  const auto resumed = Run::resume(experiment, {}, checkpoint);
+  ASSERT_TRUE(resumed.ok()) << resumed.status();
+  run->advance(500);
+  (*resumed)->advance(500);
+  EXPECT_EQ((*resumed)->state_digest(), run->state_digest());
+  EXPECT_TRUE(absl::IsInvalidArgument(Run::resume(short_job(), {}, checkpoint).status()));
+}
+
+TEST(Checkpoint, keeps_the_velocity_of_walls_that_follow_their_specimen) {
+  const std::unique_ptr<creep::Run> run = started(testing::triaxial_job());
+  while (run->progress().stage != "triaxial") run->advance(1000000);
+  run->advance(300);
+  const std::string checkpoint = run->checkpoint();
+  const auto state = read_checkpoint(checkpoint);
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_NE(state->specimen.walls.carried[0], 0.0);
+  EXPECT_EQ(state->specimen.walls.carried[2], 0.0) << "the axis is driven";
+  RunState other = *state;
+  other.specimen.walls.carried[0] = 0.0;
+  EXPECT_NE(digest_of(other), digest_of(*state));
+  EXPECT_EQ(write_checkpoint(*state, *read_checkpoint_info(checkpoint)), checkpoint);
 }
 
 /// Of the job below, at the beginning of its hold, by the last program that wrote version 2.

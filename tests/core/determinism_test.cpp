@@ -130,6 +130,30 @@ TEST(Determinism, the_instruction_set_does_not_change_a_bit) {
   }
 }
 
+TEST(Determinism, grains_that_turn_keep_every_bit_too) {
+  Experiment experiment = short_job();
+  experiment.material.free_rotation = true;
+  const Trace turning = whole_run(experiment);
+  EXPECT_NE(turning.digest, undisturbed().digest);
+  EXPECT_GE(last_sample(turning, "broken_total"), 3) << "grains must break while they turn";
+  RunOptions plain, rebuilt;
+  plain.instruction_set = "portable";
+  rebuilt.rebuild_every = 1;
+  for (const RunOptions& options : {plain, rebuilt}) {
+    const Trace other = whole_run(experiment, options);
+    EXPECT_EQ(other.digest, turning.digest) << options.instruction_set;
+    EXPECT_EQ(other.records, turning.records) << options.instruction_set;
+  }
+  const std::unique_ptr<creep::Run> alone = started(experiment);
+  while (alone->progress().stage == "packing") alone->advance(1000000);
+  const Leg expected = next_leg(*alone, "loading");
+  RunOptions threads;
+  threads.threads = 3;
+  auto run = creep::Run::resume(experiment, threads, expected.checkpoint);
+  ASSERT_TRUE(run.ok()) << run.status();
+  EXPECT_EQ(next_leg(**run, "loading").digest, expected.digest);
+}
+
 TEST(Determinism, arithmetic_id_is_that_of_the_portable_kernels) {
   const std::string portable = arithmetic_id("portable");
   EXPECT_EQ(portable.size(), 16u);

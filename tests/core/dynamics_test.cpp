@@ -103,8 +103,11 @@ Ledger ledger(const Specimen& specimen, const Experiment& experiment, const Dyna
           value("removed_J")};
 }
 
-TEST(EnergyLedger, explains_a_compression_to_one_thousandth) {
-  const Experiment experiment = unbreakable_sand(200);
+class EnergyLedger : public ::testing::TestWithParam<bool> {};
+
+TEST_P(EnergyLedger, explains_a_compression_to_one_thousandth) {
+  Experiment experiment = unbreakable_sand(200);
+  experiment.material.free_rotation = GetParam();
   Dynamics dynamics(experiment, widest_kernels(), {});
   Specimen specimen = packed(experiment, dynamics);
   dynamics.let_fail(true);
@@ -116,8 +119,9 @@ TEST(EnergyLedger, explains_a_compression_to_one_thousandth) {
   EXPECT_LE(std::fabs(energy.unexplained), 1e-3 * energy.wall_work);
 }
 
-TEST(EnergyLedger, explains_a_crushing_compression_to_one_thousandth) {
-  const Experiment experiment = weak_sand(200);
+TEST_P(EnergyLedger, explains_a_crushing_compression_to_one_thousandth) {
+  Experiment experiment = weak_sand(200);
+  experiment.material.free_rotation = GetParam();
   Dynamics dynamics(experiment, widest_kernels(), {});
   Specimen specimen = packed(experiment, dynamics);
   dynamics.let_fail(true);
@@ -126,6 +130,9 @@ TEST(EnergyLedger, explains_a_crushing_compression_to_one_thousandth) {
   EXPECT_GT(energy.removed, 0.0);
   EXPECT_LE(std::fabs(energy.unexplained), 1e-3 * energy.wall_work);
 }
+
+INSTANTIATE_TEST_SUITE_P(Rotation, EnergyLedger, ::testing::Bool(),
+                         [](const auto& rotation) { return rotation.param ? "free" : "blocked"; });
 
 TEST(Dynamics, no_shear_force_exceeds_coulombs_cap_and_some_reach_it) {
   const Experiment experiment = unbreakable_sand(150);

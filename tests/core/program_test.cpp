@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "core/physics/grading.h"
 #include "core/run/run.h"
 #include "tests/core/run_scene.h"
 
@@ -21,7 +22,7 @@ using testing::whole_run;
 
 /// state_digest at the end of triaxial_job(), seed 1. It changes only in a commit of its own, which gives the
 /// physics reason.
-constexpr const char* kGoldenDigest = "a9b172b6fe110536954b20dace4819712064d1cabd33305c732455d4b723398b";
+constexpr const char* kGoldenDigest = "476fb9e77ac74b12a4809cd753db1ee34e505feb5a2b97cb6287ce3789bd2596";
 
 const Trace& undisturbed() {
   static const Trace trace = whole_run(triaxial_job());
@@ -46,6 +47,34 @@ double q(const Record& sample) { return value(sample, "deviatoric_stress_Pa"); }
 
 /// The sample at the end of a stage.
 Record end_of(double stage) { return rows(undisturbed(), RecordKind::kSample, stage).back(); }
+
+TEST(Program, summary_has_the_relative_breakage_between_first_and_last_grading_curve) {
+  const Experiment experiment = testing::short_job();
+  const std::unique_ptr<creep::Run> run = started(experiment);
+  Trace trace;
+  finish(*run, trace);
+  std::map<double, std::vector<double>> curves;
+  std::vector<double> diameters, ultimate;
+  for (const std::string& bytes : trace.records) {
+    const auto record = decode(bytes);
+    if (record->kind != RecordKind::kGrading) continue;
+    const double number = value(*record, "curve");
+    curves[number].push_back(value(*record, "passing"));
+    if (number != 0.0) continue;
+    diameters.push_back(value(*record, "diameter_m"));
+    // The coarsest grain of few is finer than the end of the grading.
+    ultimate.push_back(fractal_passing(
+        diameters.back(), stratified_diameters(experiment.specimen.grading, 80).back(), 0.01e-3, 0.4));
+  }
+  ASSERT_GT(curves.size(), 2u);
+  const std::vector<double>&first = curves.begin()->second, &last = curves.rbegin()->second;
+  std::map<std::string, double> figures;
+  for (const SummaryFigure& figure : run->summary()) figures[figure.name] = figure.value;
+  // Radii are grown to their size by products, masses are sums: rounding.
+  EXPECT_NEAR(figures.at("breakage_hardin"), breakage_hardin(diameters, first, last), 1e-10);
+  EXPECT_NEAR(figures.at("breakage_einav"), breakage_einav(diameters, first, last, ultimate), 1e-10);
+  EXPECT_GT(figures.at("breakage_hardin"), 0.01);
+}
 
 TEST(Program, isotropic_loading_ends_at_rest_with_the_stress_on_all_walls) {
   ASSERT_EQ(undisturbed().outcome, "completed");

@@ -1,5 +1,6 @@
 #include "tests/reference/reference_engine.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -24,6 +25,11 @@ Vector3d fused(double s, const Vector3d& a, const Vector3d& b) {
   return {std::fma(s, a.x(), b.x()), std::fma(s, a.y(), b.y()), std::fma(s, a.z(), b.z())};
 }
 
+Vector3d cross(const Vector3d& a, const Vector3d& b) {
+  return {std::fma(a.y(), b.z(), 0.0 - a.z() * b.y()), std::fma(a.z(), b.x(), 0.0 - a.x() * b.z()),
+          std::fma(a.x(), b.y(), 0.0 - a.y() * b.x())};
+}
+
 /// The nearest whole number of quanta of 2^exponent.
 std::int64_t quanta(double value, int exponent) { return std::llrint(std::ldexp(value, -exponent)); }
 
@@ -38,10 +44,11 @@ double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
 struct Engine::Loads {
   explicit Loads(std::size_t grains)
       : force(grains, Vector3d::Zero()),
+        couple(grains, Vector3d::Zero()),
         wall_stiffness(grains, 0.0),
         contact_stiffness(grains, 0.0),
         stress(grains, 0.0) {}
-  std::vector<Vector3d> force;
+  std::vector<Vector3d> force, couple;  // a couple times its radius turns a grain
   std::vector<double> wall_stiffness, contact_stiffness;
   std::vector<double> stress;
   std::set<std::uint64_t> failed;
@@ -71,7 +78,11 @@ Engine::Engine(const Experiment& experiment, const Specimen& specimen)
     grains_.push_back({particles.id[i], particles.parent[i], particles.generation[i], particles.position(i),
                        particles.velocity(i), particles.body[i].radius, particles.mass[i],
                        particles.limit_stress[i], particles.crack[i], particles.mobilised_stress[i]});
+    if (experiment.material.free_rotation) {
+      grains_.back().spin = {particles.spin[i].x, particles.spin[i].y, particles.spin[i].z};
+    }
   }
+  carried_ = specimen.walls.carried;
   for (const PairShear& pair : shear_history(specimen.contacts)) {
     const std::uint64_t first = particles.id[static_cast<std::size_t>(pair.first)];
     const std::uint64_t second = particles.id[static_cast<std::size_t>(pair.second)];
@@ -136,7 +147,12 @@ void Engine::contact_forces(double step, bool check, Loads& loads) {
       const double normal_force = prefactor * g, normal_stiffness = prefactor * slope;
       const double tangential_stiffness = material.tangential_ratio() * normal_stiffness;
 
-      const Vector3d u = (b.velocity - a.velocity) * step;
+      Vector3d apart = b.velocity - a.velocity;
+      if (material.free_rotation) {
+        const Vector3d rolling = fused(a.radius, a.spin, b.radius * b.spin);
+        apart -= cross(rolling, n);
+      }
+      const Vector3d u = apart * step;
       const Vector3d s = fused(0.0 - dot(u, n), n, u);
       const auto known = shear_.find({a.id, b.id});
       const Vector3d old = known == shear_.end() ? Vector3d(0.0, 0.0, 0.0) : known->second;
@@ -152,6 +168,11 @@ void Engine::contact_forces(double step, bool check, Loads& loads) {
       const Vector3d force = fused(0.0 - normal_force, n, shear);
       loads.force[i] += force;
       loads.force[j] -= force;
+      if (material.free_rotation) {
+        const Vector3d couple = cross(n, shear);
+        loads.couple[i] += couple;
+        loads.couple[j] += couple;
+      }
       loads.contact_stiffness[i] += normal_stiffness;
       loads.contact_stiffness[j] += normal_stiffness;
 
@@ -206,6 +227,8 @@ double Engine::stable_step(const Loads& loads) const {
     const double stiffness = std::max(sum, floor * std::sqrt(grains_[i].radius));
     largest = std::max(largest, stiffness / grains_[i].mass);
   }
+  if (experiment_.material.free_rotation)
+    largest *= std::max(1.0, 3.5 * experiment_.material.tangential_ratio());
   return experiment_.numerics.time_step_safety * std::sqrt(2.0 / largest);
 }
 
@@ -225,13 +248,30 @@ void Engine::move(const Loads& loads, double kick, double drift) {
   }
 }
 
-void Engine::steer(const WallControl& control) {
+void Engine::turn(const Loads& loads, double kick) {
+  if (!experiment_.material.free_rotation) return;
+  for (std::size_t i = 0; i < grains_.size(); ++i) {
+    Grain& grain = grains_[i];
+    double power[3];
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const double moment = grain.radius * loads.couple[i][axis], before = grain.spin[axis];
+      const double damping = experiment_.numerics.local_damping * std::fabs(moment) * sign(before);
+      const double after =
+          before + (moment - damping) * (kick / (0.4 * grain.mass * grain.radius * grain.radius));
+      grain.spin[axis] = after;
+      power[axis] = damping * (0.5 * (before + after));
+    }
+    damping_ += quanta((power[0] + power[1] + power[2]) * kick, -70);
+  }
+}
+
+void Engine::steer(const WallControl& control, double step) {
   double length[3];
   for (std::size_t axis = 0; axis < 3; ++axis)
     length[axis] = walls_[2 * axis + 1].position - walls_[2 * axis].position;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Wall &low = walls_[2 * axis], &high = walls_[2 * axis + 1];
-    double inward = 0.0;
+    double inward = 0.0, carried = 0.0;
     if (control[axis].mode == AxisControl::Mode::kServo) {
       const double cap = 0.5 * control[axis].closing_velocity;
       const double area = length[(axis + 1) % 3] * length[(axis + 2) % 3];
@@ -239,11 +279,17 @@ void Engine::steer(const WallControl& control) {
       const double layers = 0.5 * (low.stiffness + high.stiffness) *
                             median_diameter(experiment_.specimen.grading) / length[axis];
       inward = layers > 0.0 ? error / (3.0 * std::sqrt(initial_mass_ * layers)) : sign(error) * cap;
+      if (control[axis].follows && layers > 0.0) {
+        carried = carried_[axis];
+        inward += carried;
+        if (-cap < inward && inward < cap) carried += error * step / (3.0 * 6.0 * initial_mass_);
+      }
       if (inward > cap) inward = cap;
       if (inward < -cap) inward = -cap;
     } else if (control[axis].mode == AxisControl::Mode::kVelocity) {
       inward = 0.5 * control[axis].closing_velocity;
     }
+    carried_[axis] = carried;
     low.velocity = inward;
     high.velocity = -inward;
   }
@@ -274,7 +320,8 @@ void Engine::cycle(const WallControl& control) {
     wall_work_ += 0.5 * (before[w].force + walls_[w].force) * inward;
   }
   move(loads, kick, drift);
-  steer(control);
+  turn(loads, kick);
+  steer(control, drift);
   for (Wall& wall : walls_) wall.position += wall.velocity * drift;
   dynamic_time_ += drift;
   crack_time_ += drift;
@@ -329,7 +376,7 @@ Vector3d Engine::loaded_direction(std::size_t index) const {
 }
 
 void Engine::add_grain(std::uint64_t id, std::uint64_t parent, std::int32_t generation, double radius,
-                       const Vector3d& position, const Vector3d& velocity) {
+                       const Vector3d& position, const Vector3d& velocity, const Vector3d& spin) {
   const std::uint64_t seed = experiment_.specimen.seed;
   const double density = experiment_.material.density;
   Grain grain;
@@ -338,6 +385,7 @@ void Engine::add_grain(std::uint64_t id, std::uint64_t parent, std::int32_t gene
   grain.generation = generation;
   grain.position = position;
   grain.velocity = velocity;
+  grain.spin = spin;
   grain.radius = radius;
   grain.mass = 4.0 / 3.0 * std::numbers::pi * density * radius * radius * radius;
   grain.limit_stress =
@@ -368,9 +416,12 @@ void Engine::split(const std::set<std::uint64_t>& failed) {
     const Eigen::Matrix3d rotation = rotation_from_z(directions[p], turn);
     double kept = 0.0;
     for (const Sibling& sibling : sibling_layout(layout)) {
-      const Vector3d position = parent.position + parent.radius * (rotation * sibling.centre);
+      const Vector3d branch = parent.radius * (rotation * sibling.centre);
+      const Vector3d position = parent.position + branch;
+      Vector3d velocity = parent.velocity;
+      if (experiment_.material.free_rotation) velocity += parent.spin.cross(branch);
       add_grain(next_id_++, parent.id, parent.generation + 1, parent.radius * sibling.radius, position,
-                parent.velocity);
+                velocity, parent.spin);
       kept += grains_.back().mass;
     }
     fines_.push_back({parent.mass - kept, 2.0 * parent.radius * smallest_sibling_radius(layout)});

@@ -26,12 +26,13 @@ struct Grain {
   std::uint64_t id = 0;
   std::uint64_t parent = 0;
   std::int32_t generation = 0;
-  Eigen::Vector3d position, velocity;  ///< [m], [m/s]
-  double radius = 0.0;                 ///< [m]
-  double mass = 0.0;                   ///< [kg]
-  double limit_stress = 0.0;           ///< [Pa]
-  double crack = 0.0;                  ///< [m]
-  double mobilised_stress = 0.0;       ///< of the last measuring cycle [Pa]
+  Eigen::Vector3d position, velocity;              ///< [m], [m/s]
+  double radius = 0.0;                             ///< [m]
+  double mass = 0.0;                               ///< [kg]
+  double limit_stress = 0.0;                       ///< [Pa]
+  double crack = 0.0;                              ///< [m]
+  double mobilised_stress = 0.0;                   ///< of the last measuring cycle [Pa]
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();  ///< [rad/s]
 };
 
 struct Wall {
@@ -68,13 +69,15 @@ class Engine {
   void book(const Loads& loads, bool measure);
   double stable_step(const Loads& loads) const;
   void move(const Loads& loads, double kick, double drift);
-  void steer(const WallControl& control);
+  void turn(const Loads& loads, double kick);
+  void steer(const WallControl& control, double step);
   void grow_cracks(std::set<std::uint64_t>& failed);
   void split(const std::set<std::uint64_t>& failed);
   void assess();
   Eigen::Vector3d loaded_direction(std::size_t index) const;
   void add_grain(std::uint64_t id, std::uint64_t parent, std::int32_t generation, double radius,
-                 const Eigen::Vector3d& position, const Eigen::Vector3d& velocity);
+                 const Eigen::Vector3d& position, const Eigen::Vector3d& velocity,
+                 const Eigen::Vector3d& spin);
   double wall_gap(std::size_t wall, const Grain& grain) const;
 
   const Experiment& experiment_;
@@ -83,6 +86,7 @@ class Engine {
   std::vector<Grain> grains_;
   std::map<std::pair<std::uint64_t, std::uint64_t>, Eigen::Vector3d> shear_;
   std::array<Wall, 6> walls_;
+  std::array<double, 3> carried_{};
   std::vector<Fines> fines_;
   double initial_mass_, friction_coefficient_, time_step_, last_time_step_, dynamic_time_, crack_time_;
   double mean_overlap_, unbalanced_force_ratio_;

@@ -1,7 +1,9 @@
 // The product against the plain engine: 1000 cycles of a crushing scene, bit for bit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <ostream>
 
 #include "core/dem/shear_history.h"
@@ -34,6 +36,9 @@ void expect_equal_particles(const Specimen& specimen, const reference::Engine& e
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       ASSERT_TRUE(same(particles.position(i)[axis], grain.position[axis])) << "grain " << grain.id;
       ASSERT_TRUE(same(particles.velocity(i)[axis], grain.velocity[axis])) << "grain " << grain.id;
+      if (particles.spin.empty()) continue;
+      const double spin[3] = {particles.spin[i].x, particles.spin[i].y, particles.spin[i].z};
+      ASSERT_TRUE(same(spin[axis], grain.spin[axis])) << "grain " << grain.id;
     }
     ASSERT_TRUE(same(particles.body[i].radius, grain.radius)) << "grain " << grain.id;
     ASSERT_TRUE(same(particles.mass[i], grain.mass)) << "grain " << grain.id;
@@ -95,6 +100,8 @@ std::vector<Scene> scenes() {
   all.back().material.limit_stress = 4e9;  // smooth contacts are smaller, so stresses are higher
   all.push_back({"frictionless", sand});
   all.back().material.friction = 0.0;
+  all.push_back({"turning", sand});
+  all.back().material.free_rotation = true;
   all.push_back({"tetrahedral_checked_every_7th", sand, 7});
   all.back().material.split_layout = SplitLayout::kTetrahedral;
   all.push_back({"cubic_with_fast_cracks", sand});
@@ -105,10 +112,12 @@ std::vector<Scene> scenes() {
   all.push_back({"triaxial", sand});
   all.back().control = isotropic(2e6, 2.0);
   all.back().control[2] = {AxisControl::Mode::kVelocity, 0.0, 4.0};
+  all.back().control[0].follows = all.back().control[1].follows = true;
   all.push_back({"relaxation_with_held_sides", sand});
   all.back().material.limit_stress = 0.5e9;
   all.back().control = isotropic(4e6, 2.0);
   all.back().control[2] = {};
+  all.back().control[0].follows = true;
   return all;
 }
 
@@ -147,6 +156,9 @@ TEST_P(ReferenceEngine, crushes_like_the_product_bit_for_bit_for_1000_cycles) {
   EXPECT_EQ(specimen.energy.friction.low() - friction, engine.friction_quanta());
   EXPECT_EQ(specimen.energy.tangential_work.low() - tangential, engine.tangential_quanta());
   EXPECT_GE(specimen.broken_total, 5) << "the scene must crush to prove anything";
+  double fastest = 0.0;
+  for (const Spin& spin : specimen.particles.spin) fastest = std::max(fastest, std::fabs(spin.x));
+  EXPECT_EQ(fastest > 0.0, experiment.material.free_rotation) << "or turn";
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ReferenceEngine, ::testing::ValuesIn(scenes()),

@@ -81,6 +81,8 @@ void FccLattice::compute_contacts(bool measure, double last_drift) {
   phase.resultant = resultant_.data();
   phase.deferred = deferred_.data();
   phase.stress = stress_.data();
+  AlignedVector<double> peak_stress(resultant_.size(), 0.0);
+  phase.peak_stress = peak_stress.data();
   phase.law = model_->view();
   phase.modulus = model_->modulus;
   phase.tangential_ratio = model_->tangential_ratio;
@@ -88,6 +90,8 @@ void FccLattice::compute_contacts(bool measure, double last_drift) {
   phase.drift = last_drift;
   ContactSums sums;
   kernels_->contacts(phase, {measure, false, true}, 0, kContacts, sums);
+  // Forces are looked at contact by contact then, and no particle kernel follows that would clear these.
+  if (measure) std::fill(resultant_.begin(), resultant_.end(), ContactForce{});
 }
 
 Eigen::Matrix3d FccLattice::stress() {
