@@ -105,7 +105,7 @@ forbid 'elementary functions on the state path come from core/arithmetic/element
   "(?<![\\w.>:])(std::|::|__builtin_)?($libm)[fl]?\\s*\\(" "${state_path[@]}"
 forbid 'no order of a hash table on the state path' '\bunordered_(map|set|multimap|multiset)\b|\b(flat|node)_hash_' \
   "${state_path[@]}"
-kernels='^core/dem/(contact_kernel|contact_search|forces|integrate|kernels|lanes|particle_kernel|quad|team)[a-z0-9_]*\.(h|cpp)$'
+kernels='^core/dem/(activity|contact_kernel|contact_search|forces|integrate|kernels|lanes|particle_kernel|quad|team)[a-z0-9_]*\.(h|cpp)$'
 mapfile -t not_kernels < <(printf '%s\n' "${core[@]}" | except "$kernels")
 forbid 'threads only in the kernel files of core/dem' \
   '#\s*include\s+<(thread|mutex|atomic|barrier|latch|semaphore|condition_variable|future|pthread\.h|omp\.h)>|std::(jthread|thread|async)\b' \

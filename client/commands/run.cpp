@@ -4,9 +4,12 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
 #include <thread>
 
 #include "client/exit_codes.h"
@@ -29,6 +32,7 @@ struct Options {
   int threads = 1;
   bool allow_inexact = false;
   std::int64_t rebuild_every = 0;
+  bool profile = false;
   bool json = false;
 };
 
@@ -77,6 +81,19 @@ void print_summary(const std::filesystem::path& folder) {
   std::printf("Results in %s: samples.csv, stages.csv, breakages.csv, gsd.csv, summary.json\n",
               folder.c_str());
   std::printf("Next: creepctl report %s\n", folder.c_str());
+}
+
+/// The table as the worker wrote it, aligned.
+void print_profile(const std::filesystem::path& folder) {
+  std::istringstream table(read_text(folder / "profile.csv"));
+  std::string activity, seconds, share;
+  std::getline(table, activity);
+  std::printf("Where the time of this attempt went:\n");
+  while (std::getline(table, activity, ',') && std::getline(table, seconds, ',') &&
+         std::getline(table, share)) {
+    std::printf("  %-12s %10.1f s %6.1f %%\n", activity.c_str(), std::atof(seconds.c_str()),
+                100.0 * std::atof(share.c_str()));
+  }
 }
 
 /// What went wrong, in words, from what the worker left.
@@ -132,6 +149,7 @@ int compute(const Options& options, const creep::Experiment& experiment) {
   std::filesystem::remove(folder / "progress.json", ignored);
   std::vector<std::string> arguments = {folder.string(), "--threads", std::to_string(options.threads)};
   if (options.allow_inexact) arguments.push_back("--allow-inexact");
+  if (options.profile) arguments.push_back("--profile");
   if (options.rebuild_every > 0) {
     arguments.push_back("--rebuild-every");
     arguments.push_back(std::to_string(options.rebuild_every));
@@ -157,6 +175,7 @@ int compute(const Options& options, const creep::Experiment& experiment) {
   } else if (exit_code == kOk) {
     print_summary(folder);
   }
+  if (options.profile && !options.json) print_profile(folder);
   return exit_code;
 }
 
@@ -224,6 +243,8 @@ void add_run(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--allow-inexact", options->allow_inexact,
                     "Continue although this machine computes other bits; is recorded in the results");
+  command->add_flag("--profile", options->profile,
+                    "Say in the end where the time went, and write profile.csv");
   command->add_option("--rebuild-every", options->rebuild_every, "Search neighbours every so many cycles")
       ->check(CLI::NonNegativeNumber)
       ->group("");

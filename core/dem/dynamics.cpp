@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/arithmetic/elementary.h"
 #include "core/dem/rotation.h"
@@ -52,10 +53,13 @@ double Dynamics::stable_step(double largest_stiffness_over_mass) const {
 }
 
 void Dynamics::ensure_list(Specimen& specimen) {
-  if (!specimen.contacts.valid) search_.search(specimen, team_, nullptr);
+  if (specimen.contacts.valid) return;
+  const Doing searching(options_.activity, Activity::kSearch);
+  search_.search(specimen, team_, nullptr);
 }
 
 void Dynamics::relist(Specimen& specimen, const std::vector<std::int32_t>& new_index) {
+  const Doing searching(options_.activity, Activity::kSearch);
   search_.search(specimen, team_, &new_index);
 }
 
@@ -87,12 +91,16 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   contact_phase.friction = specimen.friction;
   contact_phase.drift = kind.move ? specimen.last_time_step : 0.0;
   of_member_.assign(of_member_.size(), Sums{});
+  std::optional<Doing> doing;
+  doing.emplace(options_.activity, Activity::kContacts);
   team_.run([&](int member) {
     const Share share = team_.share(contacts.count, member, kKernelGrain);
     kernels_.contacts(contact_phase, kind, share.begin, share.end,
                       of_member_[static_cast<std::size_t>(member)].contacts);
   });
+  doing.reset();
   if (kind.check) {
+    const Doing checking(options_.activity, Activity::kChecks);
     bool breaking = false;
     for (const Sums& sums : of_member_) breaking = breaking || sums.contacts.breaking;
     if (breaking) find_failures_in_contacts(specimen, result.failures);
@@ -128,11 +136,14 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
     const double overlap = std::max(specimen.mean_overlap, model_.least_overlap);
     phase.floor_stiffness = model_.modulus * std::sqrt(0.5) * model_.law.slope(overlap);
   }
+  doing.emplace(options_.activity, Activity::kParticles);
   team_.run([&](int member) {
     const Share share = team_.share(particles.size(), member, kKernelGrain);
     kernels_.particles(phase, kind, share.begin, share.end,
                        of_member_[static_cast<std::size_t>(member)].particles);
   });
+
+  doing.reset();
 
   Sums total = of_member_[0];
   for (std::size_t m = 1; m < of_member_.size(); ++m) {
@@ -216,6 +227,7 @@ void Dynamics::advance_clocks(Specimen& specimen, double drift) const {
 }
 
 void Dynamics::grow_cracks(Specimen& specimen, CycleResult& result) {
+  const Doing checking(options_.activity, Activity::kChecks);
   Particles& particles = specimen.particles;
   const double elapsed = specimen.crack_time;
   specimen.crack_time = 0.0;

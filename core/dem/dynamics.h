@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/dem/activity.h"
 #include "core/dem/contact_model.h"
 #include "core/dem/contact_search.h"
 #include "core/dem/kernels.h"
@@ -43,7 +44,8 @@ class Dynamics {
 
   struct Options {
     int threads = 1;
-    std::int64_t rebuild_every = 0;  ///< force a search every so many cycles; 0: when due
+    std::int64_t rebuild_every = 0;    ///< force a search every so many cycles; 0: when due
+    ActivityMark* activity = nullptr;  ///< where to mark what is being done
   };
 
   Dynamics(const Experiment& experiment, const Kernels& kernels, Options options);

@@ -66,7 +66,7 @@ struct Run::Impl {
   Impl(const Experiment& asked, const Kernels& kernels, const RunOptions& options)
       : experiment(asked),
         options(options),
-        dynamics(experiment, kernels, {options.threads, options.rebuild_every}) {}
+        dynamics(experiment, kernels, {options.threads, options.rebuild_every, options.activity}) {}
 
   Batch advance(std::int64_t cycle_budget);
   void pack(Batch& batch);
@@ -254,6 +254,7 @@ bool Run::Impl::computed(const CycleResult& result, Batch& batch) {
 
 void Run::Impl::break_particles(const std::vector<Failure>& failures, Batch& batch) {
   if (failures.empty()) return;
+  const Doing breaking(options.activity, Activity::kBreaking);
   for (const Failure& failure : failures) emit(RecordKind::kBreakage, breakage_values(state, failure), batch);
   split(state.specimen, experiment, dynamics, failures);
 }
@@ -410,6 +411,7 @@ void Run::Impl::end_dynamic_stage(Batch& batch, bool settled) {
 }
 
 void Run::Impl::age_and_break(Batch& batch) {
+  const Doing ageing(options.activity, Activity::kAgeing);
   Cursor& cursor = state.cursor;
   dynamics.assess(state.specimen);
   const double left = *duration_of(stage()) - state.specimen.clocks.creep_time();
@@ -482,6 +484,7 @@ void Run::Impl::emit(RecordKind kind, std::vector<double> values, Batch& batch) 
 }
 
 void Run::Impl::emit_sample(Phase phase, Batch& batch) {
+  const Doing measuring(options.activity, Activity::kMeasures);
   Cursor& cursor = state.cursor;
   dynamics.ensure_list(state.specimen);  // measures look at all pairs that touch now
   emit(RecordKind::kSample, sample_values(state, experiment, dynamics.model(), phase), batch);
@@ -493,6 +496,7 @@ void Run::Impl::emit_sample(Phase phase, Batch& batch) {
 }
 
 void Run::Impl::emit_grading(Batch& batch) {
+  const Doing measuring(options.activity, Activity::kMeasures);
   for (std::vector<double>& row : grading_values(state, experiment))
     emit(RecordKind::kGrading, std::move(row), batch);
   ++state.cursor.curves;

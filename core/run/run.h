@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/dem/activity.h"
 #include "core/experiment/experiment.h"
 #include "core/run/record.h"
 
@@ -26,7 +27,8 @@ struct RunOptions {
   int threads = 1;
   std::string instruction_set;  ///< "", "portable", "avx2", "avx512": "" takes the widest the processor has
   bool allow_inexact = false;   ///< resume although arithmetic_id differs
-  std::int64_t rebuild_every = 0;  ///< force a neighbour search every so many cycles (tests); 0 = when due
+  std::int64_t rebuild_every = 0;    ///< force a neighbour search every so many cycles (tests); 0 = when due
+  ActivityMark* activity = nullptr;  ///< where the run marks what it does; must outlive it
 };
 
 /// How a run ended. A creep failure is a result: the job ends well.

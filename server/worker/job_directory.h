@@ -20,6 +20,9 @@ class JobDirectory {
   }
   std::filesystem::path snapshots() const { return root_ / "snapshots"; }  ///< for a viewer, if asked for
   std::filesystem::path stage_timings() const { return root_ / "stage_timings.csv"; }  ///< cost, not physics
+  std::filesystem::path profile() const {
+    return root_ / "profile.csv";
+  }  ///< of the last attempt, if asked for
   std::filesystem::path progress() const { return root_ / "progress.json"; }
   std::filesystem::path verdict() const { return root_ / "verdict.json"; }  ///< how the last attempt ended
   std::filesystem::path summary() const { return root_ / "summary.json"; }  ///< final figures

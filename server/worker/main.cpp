@@ -55,6 +55,7 @@ int main(int argument_count, char** arguments) {
   app.add_option("--checkpoint-interval", options.checkpoint_interval, "Most seconds between checkpoints")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
+  app.add_flag("--profile", options.profile, "Look where the time goes: profile.csv; never changes a result");
   app.add_option("--rebuild-every", options.rebuild_every, "Search neighbours every so many cycles")
       ->check(CLI::NonNegativeNumber)
       ->group("");

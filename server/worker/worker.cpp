@@ -18,6 +18,7 @@
 #include "server/worker/job_directory.h"
 #include "server/worker/lease.h"
 #include "server/worker/pace.h"
+#include "server/worker/profile.h"
 #include "server/worker/progress_file.h"
 #include "server/worker/sample_log.h"
 #include "server/worker/snapshot_folder.h"
@@ -136,8 +137,13 @@ absl::StatusOr<std::unique_ptr<creep::Run>> begin_run(const creep::Experiment& e
 class Attempt {
  public:
   Attempt(const WorkerOptions& options, StopRequest& stop, Output& output, creep::Run& run,
-          SummaryFacts facts)
-      : options_(options), stop_(stop), output_(output), run_(run), facts_(std::move(facts)) {}
+          SummaryFacts facts, Profile* profile)
+      : options_(options),
+        stop_(stop),
+        output_(output),
+        run_(run),
+        facts_(std::move(facts)),
+        mark_(profile != nullptr ? profile->mark() : nullptr) {}
 
   absl::StatusOr<Ending> carry_out() {
     if (auto counted = count_stage_rows(); !counted.ok()) return counted;
@@ -184,6 +190,7 @@ class Attempt {
   }
 
   absl::Status keep(const creep::Batch& batch) {
+    const creep::Doing writing(mark_, creep::Activity::kOutput);
     for (const creep::KeptCheckpoint& one : batch.kept) {
       if (auto kept = output_.checkpoints.keep(one.name, one.bytes); !kept.ok()) return kept;
       output_.log.line(absl::StrCat("keeps checkpoint ", one.name));
@@ -218,6 +225,7 @@ class Attempt {
   }
 
   absl::Status checkpoint() {
+    const creep::Doing writing(mark_, creep::Activity::kOutput);
     if (auto synced = output_.samples.sync(); !synced.ok()) return synced;
     const auto generation = output_.checkpoints.add(run_.checkpoint());
     if (!generation.ok()) return generation.status();
@@ -259,6 +267,7 @@ class Attempt {
   Output& output_;
   creep::Run& run_;
   SummaryFacts facts_;
+  creep::ActivityMark* mark_;  // nullptr: nobody looks
   Pace pace_;
   std::int64_t stage_row_ = 0;  ///< of stages.csv, of the stage being computed
   std::size_t warnings_logged_ = 0;
@@ -275,10 +284,13 @@ absl::StatusOr<Ending> carry_out(const WorkerOptions& options, StopRequest& stop
   if (!output.ok()) return output.status();
   log.line(absl::StrCat("started: ", options.threads, " threads, ", *instruction_set, ", version ",
                         CREEP_VERSION));
+  std::optional<Profile> profile;
+  if (options.profile) profile.emplace();
   const creep::RunOptions run_options{.threads = options.threads,
                                       .instruction_set = *instruction_set,
                                       .allow_inexact = options.allow_inexact,
-                                      .rebuild_every = options.rebuild_every};
+                                      .rebuild_every = options.rebuild_every,
+                                      .activity = profile ? profile->mark() : nullptr};
   auto run = begin_run(*experiment, run_options, *output);
   if (!run.ok()) return run.status();
   SummaryFacts facts{.experiment_hash = creep::experiment_hash(*experiment),
@@ -286,7 +298,11 @@ absl::StatusOr<Ending> carry_out(const WorkerOptions& options, StopRequest& stop
                      .threads = options.threads,
                      .attempts = attempt,
                      .total = {}};
-  return Attempt(options, stop, *output, **run, std::move(facts)).carry_out();
+  auto ending =
+      Attempt(options, stop, *output, **run, std::move(facts), profile ? &*profile : nullptr).carry_out();
+  if (!profile) return ending;
+  const auto written = profile->write(files.profile());
+  return ending.ok() && !written.ok() ? written : ending;
 }
 
 Ending see_through(const WorkerOptions& options, StopRequest& stop, const JobDirectory& files,

@@ -23,6 +23,7 @@ struct WorkerOptions {
   bool allow_inexact = false;
   std::optional<std::int64_t> attempt;  ///< default: one more than the last
   double checkpoint_interval = 30.0;    ///< [s] of wall time between checkpoints at most
+  bool profile = false;                 ///< look where the time goes, write profile.csv
   std::int64_t rebuild_every = 0;       ///< neighbour search every so many cycles (tests); 0 = when due
 };
 

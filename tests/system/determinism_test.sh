@@ -22,6 +22,14 @@ same_result "$work/skin"
 expect_exit 0 run_job "$work/searches" "$job" --rebuild-every 1
 same_result "$work/searches"
 
+# Looking where the time goes changes nothing, and finds all of it.
+expect_exit 0 run_job "$work/profile" "$job" --profile
+expect_output 'Where the time of this attempt went'
+same_result "$work/profile"
+awk -F, 'NR > 1 { share += $3; of[$1] = $3 }
+  END { exit !(NR == 10 && share > 0.999 && share < 1.001 && of["contacts"] > 0.05 && of["particles"] > 0.02) }' \
+  "$work/profile/profile.csv" || { cat "$work/profile/profile.csv"; fail "profile.csv does not tell where the time went"; }
+
 if [[ -x "${CREEP_OTHER_BIN:-}/creep-worker" ]]; then
   mkdir "$work/other"
   cp "$job" "$work/other/job.toml"
