@@ -12,7 +12,7 @@ creep_build_packages=(
 )
 creep_package_packages=(dpkg-dev file help2man)
 creep_test_packages=(libgtest-dev clang-format python3-grpcio valgrind libbenchmark-dev)
-creep_long_test_packages=(python3-vtk9 lammps)
+creep_long_test_packages=(python3-vtk9 lammps yade)
 creep_tidy_packages=(clang-tidy)
 creep_fuzz_packages=(clang libclang-rt-14-dev)
 

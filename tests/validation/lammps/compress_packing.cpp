@@ -1,8 +1,10 @@
 // compress_packing relax PACKING STRESS            a frictionless smooth packing at rest under isotropic
-// STRESS [Pa] compress_packing load START FRICTION SPEED STRESS   compresses it along z at constant closing
-// SPEED [m/s] up to STRESS
+// STRESS [Pa] compress_packing load START FRICTION SPEED STEP EVERY COUNT   compresses it along z at constant
+// closing SPEED [m/s]; a row every EVERY steps of STEP [s]
+// compress_packing shear START FRICTION SPEED STEP EVERY COUNT STRESS  the same with the sides held at STRESS
+// by the servo, and spheres that may turn
 //
-// Both write to the standard output: a packing as packing_file.h reads it, a table of strain and wall
+// All write to the standard output: a packing as packing_file.h reads it, a table of strain and wall
 // stresses.
 #include <cstdio>
 #include <cstdlib>
@@ -60,19 +62,25 @@ void relax(const char* path, double stress) {
 struct Loading {
   double friction, speed, step;
   long every, count;
+  double side_stress = 0.0;  // 0: the sides are fixed, and spheres do not turn
 };
 
 void load(const char* path, const Loading& loading) {
-  const Experiment experiment = smooth_unbreakable(loading.friction);
+  Experiment experiment = smooth_unbreakable(loading.friction);
+  experiment.material.free_rotation = loading.side_stress > 0.0;
   Dynamics dynamics(experiment, kernels(), {.threads = 1});
   Specimen specimen = start(experiment, path);
   dynamics.assess(specimen);
-  const double height = specimen.walls.length(2);
+  const double height = specimen.walls.length(2), volume = specimen.walls.volume();
   WallControl control{};
+  if (loading.side_stress > 0.0) {
+    control[0] = control[1] = {AxisControl::Mode::kServo, loading.side_stress, 4.0 * loading.speed, true};
+  }
   control[2] = {AxisControl::Mode::kVelocity, 0.0, loading.speed};
-  std::printf("axial_strain,axial_stress_Pa,radial_stress_Pa\n");
+  std::printf("axial_strain,axial_stress_Pa,radial_stress_Pa,volumetric_strain\n");
   for (long cycle = 0; cycle <= loading.every * loading.count; ++cycle) {
     const double strain = 1.0 - specimen.walls.length(2) / height;
+    const double volume_loss = 1.0 - specimen.walls.volume() / volume;
     // Walls as the coming cycle meets them, for the areas; forces as it finds them.
     const double area[3] = {specimen.walls.area(0), specimen.walls.area(1), specimen.walls.area(2)};
     specimen.time_step = loading.step;
@@ -81,7 +89,7 @@ void load(const char* path, const Loading& loading) {
     const auto stress = [&](std::size_t axis) {
       return 0.5 * (specimen.walls.force[2 * axis] + specimen.walls.force[2 * axis + 1]) / area[axis];
     };
-    std::printf("%.9e,%.9e,%.9e\n", strain, stress(2), 0.5 * (stress(0) + stress(1)));
+    std::printf("%.9e,%.9e,%.9e,%.9e\n", strain, stress(2), 0.5 * (stress(0) + stress(1)), volume_loss);
   }
 }
 
@@ -92,13 +100,13 @@ int main(int count, char** words) {
   const std::string_view act = count > 1 ? words[1] : "";
   if (act == "relax" && count == 4) {
     creep::relax(words[2], std::atof(words[3]));
-  } else if (act == "load" && count == 8) {
+  } else if ((act == "load" && count == 8) || (act == "shear" && count == 9)) {
     creep::load(words[2], {std::atof(words[3]), std::atof(words[4]), std::atof(words[5]), std::atol(words[6]),
-                           std::atol(words[7])});
+                           std::atol(words[7]), count == 9 ? std::atof(words[8]) : 0.0});
   } else {
-    std::fprintf(
-        stderr,
-        "usage: compress_packing relax PACKING STRESS | load START FRICTION SPEED STEP EVERY COUNT\n");
+    std::fprintf(stderr,
+                 "usage: compress_packing relax PACKING STRESS | load START FRICTION SPEED STEP EVERY COUNT "
+                 "| shear START FRICTION SPEED STEP EVERY COUNT STRESS\n");
     return 2;
   }
   return 0;
