@@ -200,8 +200,8 @@ struct Experiment {
 /// SHA-256 (64 hex digits) over every field that can change a result; name, skin and output do not count.
 std::string experiment_hash(const Experiment& experiment);
 
-/// SHA-256 over what is built into a packed specimen: [specimen], the density, strength and inertia of its
-/// grains. The same for all jobs that may start from one another's checkpoints.
+/// SHA-256 over what is built into a packed specimen: [specimen], the density and strength of its grains. The
+/// same for all jobs that may start from one another's checkpoints.
 std::string specimen_hash(const Experiment& experiment);
 
 /// Median diameter by mass, d50 [m].

@@ -10,6 +10,7 @@
 #include "core/dem/dynamics.h"
 #include "core/dem/measures.h"
 #include "core/dem/packing.h"
+#include "core/dem/particle_birth.h"
 #include "core/dem/splitter.h"
 #include "core/run/ageing.h"
 #include "core/run/instruction_set.h"
@@ -173,6 +174,7 @@ void Run::Impl::pack(Batch& batch) {
 }
 
 void Run::Impl::begin_program(Batch& batch) {
+  if (scale_inertia(state.specimen, experiment)) dynamics.assess(state.specimen);
   if (state.cursor.act == Cursor::Act::kStart) emit_sample(Phase::kLoading, batch);
   emit_grading(batch);
   emit_snapshot(batch);
