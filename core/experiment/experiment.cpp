@@ -101,6 +101,9 @@ void add_numerics(FieldDigest& digest, const Numerics& numerics) {
   digest.add("minimum_cycles", numerics.minimum_cycles);
   digest.add("time_step_safety", numerics.time_step_safety);
   digest.add("breakages_per_ageing", numerics.breakages_per_ageing);
+  digest.add("ageing_error_tolerance", numerics.ageing_error_tolerance);
+  digest.add("drift_tolerance", numerics.drift_tolerance);
+  digest.add("inertial_number_limit", numerics.inertial_number_limit);
   digest.add("settle_tolerance", numerics.settle_tolerance);
   digest.add("unbalanced_tolerance", numerics.unbalanced_tolerance);
   digest.add("local_damping", numerics.local_damping);

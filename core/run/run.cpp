@@ -79,6 +79,10 @@ struct Run::Impl {
   void hold(Batch& batch);
   double watch_stress();
   bool at_rest() const;
+  std::int64_t next_breakages() const;
+  void watch_failure_times();
+  bool failure_times_stand() const;
+  void adapt_breakages(double left);
   void fail_in_creep(const std::string& how, Batch& batch);
   void give_up_settling(Batch& batch);
   void age_and_break(Batch& batch);
@@ -219,6 +223,8 @@ void Run::Impl::begin_hold() {
   cursor.ageing_jumps = 0;
   cursor.largest_ripple = 0.0;
   cursor.closing = false;
+  cursor.breakages = breakages_per_ageing(experiment.numerics, cursor.initial_count);
+  cursor.aged_from = 0.0;
   begin_dynamic_stage(0);
 }
 
@@ -228,6 +234,8 @@ void Run::Impl::begin_dynamic_stage(std::int64_t broken_at_start) {
   cursor.stage_cycle = 0;
   cursor.quiet_since = 0;
   cursor.ripple = 0.0;
+  cursor.drift_cycle = 0;
+  cursor.drift = -1.0;
   cursor.creep_time_start = state.specimen.clocks.creep_time();
   cursor.suspended_start = state.specimen.clocks.suspended_time;
   cursor.broken_at_start = broken_at_start;
@@ -262,8 +270,12 @@ void Run::Impl::break_particles(const std::vector<Failure>& failures, Batch& bat
 
 void Run::Impl::load(Batch& batch) {
   Cursor& cursor = state.cursor;
-  const CycleResult result =
-      dynamics.cycle(state.specimen, wall_control(stage(), cursor, experiment.numerics));
+  WallControl control = wall_control(stage(), cursor, experiment.numerics);
+  if (const auto& limit = experiment.numerics.inertial_number_limit) {
+    control[2].closing_velocity =
+        std::min(control[2].closing_velocity, closing_velocity_at(*limit, state.specimen, experiment));
+  }
+  const CycleResult result = dynamics.cycle(state.specimen, control);
   if (!computed(result, batch)) return;
   if (comes_to_rest(stage())) {
     const bool on_target = watch_stress() < experiment.numerics.settle_tolerance;
@@ -341,6 +353,32 @@ double Run::Impl::watch_stress() {
   return std::max(deviation, change);
 }
 
+std::int64_t Run::Impl::next_breakages() const {
+  return experiment.numerics.ageing_error_tolerance
+             ? state.cursor.breakages
+             : breakages_per_ageing(experiment.numerics, state.cursor.initial_count);
+}
+
+/// Once a window, in a cycle that measured: sigma_mob is not in a checkpoint.
+void Run::Impl::watch_failure_times() {
+  Cursor& cursor = state.cursor;
+  if ((state.specimen.cycle - 1) % Dynamics::kMeasureInterval != 0 ||
+      cursor.stage_cycle - cursor.drift_cycle < settle_window()) {
+    return;
+  }
+  const double now = state.specimen.clocks.creep_time();
+  const double next = time_to_failures(state.specimen, experiment.material, next_breakages());
+  const double end = log_end_of_ageing(now, next, std::max(0.0, *duration_of(stage()) - now));
+  cursor.drift = cursor.drift_cycle > 0 ? std::fabs(end - cursor.drift_reference) : -1.0;
+  cursor.drift_reference = end;
+  cursor.drift_cycle = cursor.stage_cycle;
+}
+
+bool Run::Impl::failure_times_stand() const {
+  const auto& tolerance = experiment.numerics.drift_tolerance;
+  return !tolerance || (state.cursor.drift >= 0.0 && state.cursor.drift < *tolerance);
+}
+
 bool Run::Impl::at_rest() const {
   const Cursor& cursor = state.cursor;
   return cursor.stage_cycle - cursor.quiet_since >= settle_window() &&
@@ -355,12 +393,13 @@ void Run::Impl::hold(Batch& batch) {
   if (!computed(result, batch)) return;
   if (deviation >= numerics.settle_tolerance || !result.failures.empty())
     cursor.quiet_since = cursor.stage_cycle;
+  if (numerics.drift_tolerance) watch_failure_times();
   if (cursor.stage_cycle == most_cycles() / 2) cursor.strain_half_way = axial_strain(state.specimen);
 
   const double creep_strain = axial_strain(state.specimen) - cursor.strain_loaded;
   if (creep_strain > kCreepFailureStrain) {
     fail_in_creep(absl::StrCat("axial creep strain ", creep_strain, " > ", kCreepFailureStrain), batch);
-  } else if (cursor.stage_cycle >= numerics.minimum_cycles && at_rest()) {
+  } else if (cursor.stage_cycle >= numerics.minimum_cycles && at_rest() && failure_times_stand()) {
     end_dynamic_stage(batch, true);
   } else if (cursor.stage_cycle >= most_cycles()) {
     const double flow = axial_strain(state.specimen) - cursor.strain_half_way;
@@ -411,12 +450,30 @@ void Run::Impl::end_dynamic_stage(Batch& batch, bool settled) {
   }
 }
 
+/// From the last jump to the n_age of this one, and what this one promises.
+void Run::Impl::adapt_breakages(double left) {
+  Cursor& cursor = state.cursor;
+  const double now = state.specimen.clocks.creep_time();
+  const auto wait = [&](std::int64_t wanted) {
+    return time_to_failures(state.specimen, experiment.material, wanted);
+  };
+  if (cursor.aged_from > 0.0) {
+    const double error =
+        relative_strain_error({cursor.aged_from, now, cursor.promised, wait(cursor.breakages), left});
+    cursor.breakages = adapted_breakages(cursor.breakages, error, *experiment.numerics.ageing_error_tolerance,
+                                         cursor.initial_count);
+  }
+  const double once = std::min(wait(cursor.breakages), left);
+  cursor.promised = std::max(0.0, wait(2 * cursor.breakages) - once);
+  cursor.aged_from = now;
+}
+
 void Run::Impl::age_and_break(Batch& batch) {
   Cursor& cursor = state.cursor;
   dynamics.assess(state.specimen);
   const double left = *duration_of(stage()) - state.specimen.clocks.creep_time();
-  const AgeingJump jump = age(state.specimen, experiment.material,
-                              breakages_per_ageing(experiment.numerics, cursor.initial_count), left);
+  if (experiment.numerics.ageing_error_tolerance) adapt_breakages(left);
+  const AgeingJump jump = age(state.specimen, experiment.material, next_breakages(), left);
   ++cursor.ageing_jumps;
   ++cursor.dynamic_stage;
   cursor.closing = jump.reached_end;

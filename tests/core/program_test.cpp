@@ -373,6 +373,68 @@ TEST(InertiaScaling, suspends_the_clock_of_dynamic_stages_and_closes_the_ledger)
             1.2 * runs[InertiaScaling::kFragments].end.specimen.time_step);
 }
 
+/// Killed after every so many cycles.
+std::string digest_of_a_run_in_pieces(const Experiment& experiment, std::int64_t piece) {
+  std::unique_ptr<creep::Run> run = started(experiment);
+  for (;;) {
+    const Batch batch = run->advance(piece);
+    if (batch.outcome) return run->state_digest();
+    auto resumed = creep::Run::resume(experiment, {}, run->checkpoint());
+    EXPECT_TRUE(resumed.ok()) << resumed.status();
+    run = *std::move(resumed);
+  }
+}
+
+Experiment adaptive_job() {
+  Experiment experiment = testing::short_job();
+  experiment.numerics.breakages_per_ageing.reset();
+  experiment.numerics.ageing_error_tolerance = 0.2;
+  experiment.numerics.drift_tolerance = 0.5;
+  return experiment;
+}
+
+TEST(Methods, that_watch_failure_times_survive_kills_bit_for_bit) {
+  const Trace whole = whole_run(adaptive_job());
+  ASSERT_EQ(whole.outcome, "completed");
+  EXPECT_EQ(digest_of_a_run_in_pieces(adaptive_job(), 777), whole.digest);
+}
+
+TEST(Methods, a_stage_that_waits_for_its_failure_times_is_longer_the_closer_they_must_stand) {
+  double before = 0.0;
+  for (const double tolerance : {1e9, 1e-3}) {
+    Experiment experiment = testing::short_job();
+    experiment.numerics.drift_tolerance = tolerance;
+    const Trace trace = whole_run(experiment);
+    ASSERT_EQ(trace.outcome, "completed");
+    const double cycles = value(rows(trace, RecordKind::kStage, 1).front(), "cycles");
+    EXPECT_GE(cycles, 2.0 * 400) << "two looks, a window apart";
+    EXPECT_GT(cycles, before);
+    before = cycles;
+  }
+}
+
+TEST(Methods, platens_slow_down_at_the_inertial_number_asked_for) {
+  Experiment experiment = testing::short_job();
+  experiment.program = {OedometricStage{{3e6}}};
+  double fastest = 0.0;
+  for (const std::optional<double> limit : {std::optional<double>(), std::optional<double>(2e-3)}) {
+    experiment.numerics.inertial_number_limit = limit;
+    const Trace trace = whole_run(experiment);
+    ASSERT_EQ(trace.outcome, "completed");
+    double largest = 0.0;
+    for (const Record& sample : rows(trace, RecordKind::kSample, 0)) {
+      if (value(sample, "phase") == static_cast<double>(Phase::kLoading))
+        largest = std::max(largest, value(sample, "inertial_number"));
+    }
+    if (!limit) fastest = largest;
+    // The cap is that of the stress a cycle before, and stress falls by far less than half in a cycle.
+    if (limit) {
+      EXPECT_LT(largest, 1.5 * *limit);
+    }
+  }
+  EXPECT_GT(fastest, 3e-3) << "or the limit had nothing to do";
+}
+
 TEST(Program, a_specimen_that_flows_under_its_load_has_failed_in_creep) {
   Experiment experiment = triaxial_job();
   experiment.start = Start{"the triaxial job", ""};
