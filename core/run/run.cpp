@@ -30,6 +30,13 @@ constexpr std::int64_t kUnsettledFactor = 10;   // x minimum_cycles: longer than
 constexpr double kCreepFailureStrain = 0.2;     // axial creep strain
 constexpr double kUnsettledStrain = 1e-3;       // in the second half of a stage: it flows, it does not settle
 constexpr double kLargestOverlap = 1.0;  // of the smaller radius: its centre reaches the surface of the other
+/// Step over its bound. Beyond sqrt2 even one particle between fixed neighbours is unstable; stiffness may
+/// rise that far and further for the few cycles until the step is evaluated again, which is no harm.
+constexpr double kLargestStepRatio = 3.0;
+/// Energy that nobody put in, over what walls did and was stored before: sound runs have 1e-4 and less.
+constexpr double kLargestEnergyGrowth = 0.05;
+/// Of the target, by a wall that had reached it: stress peaks of collapsing grains stay far below a tenfold.
+constexpr double kLargestOvershoot = 9.0;
 constexpr double kLargestInertialNumber = 0.1;  // of loading: beyond it grains collide rather than bear
 constexpr double kLargestLoadingStrain = 0.5;   // axial, before loading is given up
 constexpr double kVoidRatioTolerance = 0.002;
@@ -75,6 +82,8 @@ struct Run::Impl {
   void load(Batch& batch);
   void end_loading(Batch& batch, bool settled);
   bool loading_goes_wrong(Batch& batch);
+  bool energy_grows(Batch& batch) const;
+  bool servo_runs_away(double deviation, Batch& batch);
   bool loading_sample_is_due();
   void hold(Batch& batch);
   double watch_stress();
@@ -234,6 +243,7 @@ void Run::Impl::begin_dynamic_stage(std::int64_t broken_at_start) {
   cursor.stage_cycle = 0;
   cursor.quiet_since = 0;
   cursor.ripple = 0.0;
+  cursor.reached_cycle = -1;
   cursor.drift_cycle = 0;
   cursor.drift = -1.0;
   cursor.creep_time_start = state.specimen.clocks.creep_time();
@@ -257,8 +267,42 @@ bool Run::Impl::computed(const CycleResult& result, Batch& batch) {
               "checkpoint is kept");
     return false;
   }
+  if (result.step_ratio > kLargestStepRatio) {
+    batch.outcome =
+        guard(absl::StrCat("step: ", result.step_ratio, " times its bound, limit ", kLargestStepRatio),
+              "lower time_step_safety or loading_velocity; the last good checkpoint is kept");
+    return false;
+  }
   break_particles(result.failures, batch);
-  if (state.specimen.cycle % kSampleInterval == 0) emit_sample(phase(), batch);
+  if (state.specimen.cycle % kSampleInterval != 0) return true;
+  emit_sample(phase(), batch);
+  return !energy_grows(batch);
+}
+
+/// By the sample just made.
+bool Run::Impl::energy_grows(Batch& batch) const {
+  const std::vector<double>& sample = batch.records.back().values;
+  const double input = std::fabs(state.specimen.energy.wall_work) + state.specimen.energy.initial_stored +
+                       state.specimen.energy.initial_tangential;
+  const double grown = -sample[column_index(RecordKind::kSample, "energy_unexplained_J")];
+  if (!(grown > kLargestEnergyGrowth * input)) return false;
+  batch.outcome = guard(absl::StrCat("energy: ", grown, " J came from nowhere, limit ", kLargestEnergyGrowth,
+                                     " of the ", input, " J put in"),
+                        "lower time_step_safety; the last good checkpoint is kept");
+  return true;
+}
+
+bool Run::Impl::servo_runs_away(double deviation, Batch& batch) {
+  Cursor& cursor = state.cursor;
+  if (deviation < experiment.numerics.settle_tolerance && cursor.reached_cycle < 0)
+    cursor.reached_cycle = cursor.stage_cycle;
+  if (cursor.reached_cycle < 0 || !(off_target(stage(), cursor, state.specimen) > kLargestOvershoot))
+    return false;
+  batch.outcome =
+      guard(absl::StrCat("servo: a wall that was on target is off it by ",
+                         off_target(stage(), cursor, state.specimen), " of it, limit ", kLargestOvershoot),
+            "lower loading_velocity, which caps the walls, or time_step_safety; the last good "
+            "checkpoint is kept");
   return true;
 }
 
@@ -298,6 +342,8 @@ void Run::Impl::end_loading(Batch& batch, bool settled) {
   keep_aim(state.cursor, stage(), state.specimen);
   state.cursor.void_ratio_loaded = void_ratio(state.specimen, experiment.material.density).with_fines;
   emit_sample(Phase::kLoading, batch);
+  // A stress that leaps past its target because the step is unstable is no end of loading.
+  if (energy_grows(batch)) return;
   emit(RecordKind::kStage, stage_values(state, experiment, settled), batch);
   emit_grading(batch);
   emit_snapshot(batch);
@@ -390,7 +436,7 @@ void Run::Impl::hold(Batch& batch) {
   const Numerics& numerics = experiment.numerics;
   const CycleResult result = dynamics.cycle(state.specimen, wall_control(stage(), cursor, numerics));
   const double deviation = watch_stress();
-  if (!computed(result, batch)) return;
+  if (!computed(result, batch) || servo_runs_away(deviation, batch)) return;
   if (deviation >= numerics.settle_tolerance || !result.failures.empty())
     cursor.quiet_since = cursor.stage_cycle;
   if (numerics.drift_tolerance) watch_failure_times();

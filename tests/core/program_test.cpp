@@ -435,6 +435,68 @@ TEST(Methods, platens_slow_down_at_the_inertial_number_asked_for) {
   EXPECT_GT(fastest, 3e-3) << "or the limit had nothing to do";
 }
 
+std::string ends_with(const Experiment& experiment) { return whole_run(experiment).outcome; }
+
+TEST(Guard, names_a_step_beyond_its_bound) {
+  Experiment experiment = triaxial_job();
+  experiment.start = Start{"the triaxial job", "01_isotropic_end"};
+  experiment.program = {OedometricStage{{3e6}}};
+  for (const double safety : {5.0, 50.0}) {
+    experiment.numerics.time_step_safety = safety;
+    const std::string outcome = run_from(experiment, kept().at("01_isotropic_end")).outcome;
+    EXPECT_TRUE(outcome.starts_with("guard ")) << safety << ": " << outcome;
+  }
+}
+
+TEST(Guard, names_a_servo_that_ran_away) {
+  // A hold that was on target, of a stress a twentieth of the one that its walls bear now.
+  const std::unique_ptr<creep::Run> run = started(testing::short_job());
+  while (run->progress().phase != Phase::kDynamicStage) run->advance(100);
+  run->advance(50);
+  RunState state = *read_checkpoint(run->checkpoint());
+  const CheckpointInfo info = *read_checkpoint_info(run->checkpoint());
+  for (const bool was_on_target : {false, true}) {
+    state.cursor.target = state.specimen.walls.stress(2) / 20.0;
+    state.cursor.reached_cycle = was_on_target ? 0 : -1;
+    auto resumed = creep::Run::resume(testing::short_job(), {}, write_checkpoint(state, info));
+    ASSERT_TRUE(resumed.ok()) << resumed.status();
+    const Batch batch = (*resumed)->advance(1);
+    ASSERT_EQ(batch.outcome.has_value(), was_on_target);
+    if (was_on_target) {
+      EXPECT_TRUE(batch.outcome->reason.starts_with("guard servo: ")) << batch.outcome->reason;
+      EXPECT_NE(batch.outcome->advice, "");
+    }
+  }
+}
+
+TEST(Guard, names_energy_that_comes_from_nowhere) {
+  // A ledger by which a tenth more came out than the walls put in.
+  const std::unique_ptr<creep::Run> run = started(testing::short_job());
+  while (run->progress().phase != Phase::kDynamicStage) run->advance(100);
+  RunState state = *read_checkpoint(run->checkpoint());
+  const CheckpointInfo info = *read_checkpoint_info(run->checkpoint());
+  state.specimen.energy.removed_kinetic += 0.1 * state.specimen.energy.wall_work;
+  auto resumed = creep::Run::resume(testing::short_job(), {}, write_checkpoint(state, info));
+  ASSERT_TRUE(resumed.ok()) << resumed.status();
+  Batch batch;
+  do {
+    batch = (*resumed)->advance(1000000);
+  } while (!batch.outcome);
+  EXPECT_TRUE(batch.outcome->reason.starts_with("guard energy: ")) << batch.outcome->reason;
+}
+
+TEST(Guard, names_a_loading_too_fast_to_be_borne) {
+  Experiment experiment = testing::short_job();
+  experiment.numerics.loading_velocity = 200.0;
+  EXPECT_TRUE(ends_with(experiment).starts_with("guard inertia: ")) << ends_with(experiment);
+}
+
+TEST(Guard, names_a_stage_that_never_settles) {
+  Experiment experiment = testing::short_job();
+  experiment.numerics.unbalanced_tolerance = 1e-30;
+  EXPECT_TRUE(ends_with(experiment).starts_with("guard settling: ")) << ends_with(experiment);
+}
+
 TEST(Program, a_specimen_that_flows_under_its_load_has_failed_in_creep) {
   Experiment experiment = triaxial_job();
   experiment.start = Start{"the triaxial job", ""};
