@@ -33,7 +33,7 @@ constexpr double kLargestOverlap = 1.0;  // of the smaller radius: its centre re
 /// Step over its bound. Beyond sqrt2 even one particle between fixed neighbours is unstable; stiffness may
 /// rise that far and further for the few cycles until the step is evaluated again, which is no harm.
 constexpr double kLargestStepRatio = 3.0;
-/// Energy that nobody put in, over what walls did and was stored before: sound runs have 1e-4 and less.
+/// Energy that nobody put in, over what walls did and was stored before: sound runs have 4e-4 and less.
 constexpr double kLargestEnergyGrowth = 0.05;
 /// Of the target, by a wall that had reached it: stress peaks of collapsing grains stay far below a tenfold.
 constexpr double kLargestOvershoot = 9.0;
