@@ -301,6 +301,7 @@ CycleResult Dynamics::cycle(Specimen& specimen, const WallControl& control) {
   if (kind.measure) {
     result.finite = sums.particles.finite;
     result.largest_overlap_ratio = sums.contacts.largest_overlap_ratio;
+    result.step_ratio = drift * std::sqrt(0.5 * sums.particles.largest_stiffness_over_mass);
     if (may_fail_) grow_cracks(specimen, result);
     if (cycle % kTimeStepInterval == 0)
       specimen.time_step = stable_step(sums.particles.largest_stiffness_over_mass);

@@ -33,6 +33,8 @@ struct CycleResult {
   std::vector<Failure> failures;  ///< ascending index, each particle once
   bool finite = true;
   double largest_overlap_ratio = 0.0;  ///< over the smaller radius; 0 in cycles that do not measure
+  double step_ratio =
+      0.0;  ///< step over the bound sqrt2 min sqrt(m/lambda_max); 0 in cycles that do not measure
 };
 
 class Dynamics {

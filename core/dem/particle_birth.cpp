@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/arithmetic/random.h"
+#include "core/dem/measures.h"
 #include "core/physics/crack.h"
 #include "core/physics/grading.h"
 #include "core/physics/strength.h"
@@ -12,6 +13,10 @@
 namespace creep {
 namespace {
 
+/// The mass in the equation of motion [kg]. The stable step goes with sqrt(inertial mass / stiffness), and
+/// the stiffness of a contact with sqrt(r'), so the lightest particle decides it: raising all below a
+/// reference m_ref to m_ref lengthens the step by up to sqrt(m_ref / m). What moves quasi-statically does not
+/// notice.
 double inertial_mass(const Experiment& experiment, double mass, std::int32_t generation) {
   const double density = experiment.material.density;
   const Grading& grading = experiment.specimen.grading;
@@ -52,6 +57,19 @@ void append_particle(Particles& particles, const Experiment& experiment, const B
   particles.crack.push_back(initial_crack(diameter, uniform(seed, birth.id, RandomEvent::kCrack)));
   particles.mobilised_stress.push_back(0.0);
   if (material.free_rotation) particles.spin.push_back({birth.spin[0], birth.spin[1], birth.spin[2], 0.0});
+}
+
+bool scale_inertia(Specimen& specimen, const Experiment& experiment) {
+  Particles& particles = specimen.particles;
+  const double kinetic_before = kinetic_energy(specimen);
+  bool changed = false;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const double scaled = inertial_mass(experiment, particles.mass[i], particles.generation[i]);
+    changed = changed || scaled != particles.inertial_mass[i];
+    particles.inertial_mass[i] = scaled;
+  }
+  if (changed) specimen.energy.removed_kinetic += kinetic_before - kinetic_energy(specimen);
+  return changed;
 }
 
 }  // namespace creep

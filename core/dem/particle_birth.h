@@ -21,6 +21,12 @@ struct Birth {
 /// Appends a particle: sigma_lim (eq 11) and a0 are drawn by its id, inertial mass by the scaling in force.
 void append_particle(Particles& particles, const Experiment& experiment, const Birth& birth);
 
+/// Gives every particle the inertial mass of the scaling in force. The kinetic energy that this changes is
+/// booked as removed [J], so that the ledger stays closed. A packing is made with physical inertia whatever
+/// the scaling: jobs that differ in it share their specimens. @return whether any mass changed; then the
+/// stable step is another too.
+bool scale_inertia(Specimen& specimen, const Experiment& experiment);
+
 /// m of a sphere [kg].
 double sphere_mass(double radius, double density);
 

@@ -167,9 +167,17 @@ struct Numerics {
   std::int64_t minimum_cycles = 150000;              ///< of a dynamic stage
   double time_step_safety = 0.7;                     ///< on sqrt2 min sqrt(m/lambda_max) [-]
   std::optional<std::int64_t> breakages_per_ageing;  ///< n_age; default max(1, round(0.0026 x initial count))
-  double settle_tolerance = 0.005;                   ///< on |stress/target - 1| [-]
-  double unbalanced_tolerance = 1e-4;                ///< on the unbalanced force ratio [-]
-  double local_damping = 0.7;                        ///< alpha [-]
+  /// If given, n_age follows from it instead: error of the strain of each decade of creep_time, relative to
+  /// that strain, by which ageing under frozen forces may be wrong [-] (run/ageing.h).
+  std::optional<double> ageing_error_tolerance;
+  /// If given, a dynamic stage also waits for the failure times: largest change over a window of ln of the
+  /// creep_time at which the next ageing would end [-] (run/ageing.h).
+  std::optional<double> drift_tolerance;
+  /// If given, the platens slow down in loading so that the inertial number stays below it [-].
+  std::optional<double> inertial_number_limit;
+  double settle_tolerance = 0.005;     ///< on |stress/target - 1| [-]
+  double unbalanced_tolerance = 1e-4;  ///< on the unbalanced force ratio [-]
+  double local_damping = 0.7;          ///< alpha [-]
   InertiaScaling inertia_scaling = InertiaScaling::kNone;
   std::int64_t failure_check_interval = 1;  ///< cycles between checks of immediate failure
   double loading_velocity = 0.1;  ///< closing speed of the pair of platens, and its cap under servo [m/s]
@@ -200,8 +208,8 @@ struct Experiment {
 /// SHA-256 (64 hex digits) over every field that can change a result; name, skin and output do not count.
 std::string experiment_hash(const Experiment& experiment);
 
-/// SHA-256 over what is built into a packed specimen: [specimen], the density, strength and inertia of its
-/// grains. The same for all jobs that may start from one another's checkpoints.
+/// SHA-256 over what is built into a packed specimen: [specimen], the density and strength of its grains. The
+/// same for all jobs that may start from one another's checkpoints.
 std::string specimen_hash(const Experiment& experiment);
 
 /// Median diameter by mass, d50 [m].

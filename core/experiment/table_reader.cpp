@@ -1,6 +1,7 @@
 #include "core/experiment/table_reader.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -153,6 +154,12 @@ void TableReader::flag(std::string_view key, bool& target) {
     log_.error(node->begin,
                std::string(key) + " must be true or false, not " + std::string(kind_name(node->kind)));
   }
+}
+
+bool TableReader::is_string(std::string_view key) const {
+  const DocumentEntry* entry = table_.find(key);
+  return entry != nullptr && entry->value.kind == Kind::kString && !entry->value.string.empty() &&
+         std::isalpha(static_cast<unsigned char>(entry->value.string.front())) != 0;
 }
 
 std::optional<std::size_t> TableReader::word(std::string_view key, std::span<const std::string_view> words) {

@@ -38,6 +38,9 @@ class TableReader {
 
   void flag(std::string_view key, bool& target);
 
+  /// Whether the key has a string of letters: a word, where a number may stand as well.
+  bool is_string(std::string_view key) const;
+
   /// The index in `words` of the word given; none if the key is absent or its value is no such word (an
   /// error).
   std::optional<std::size_t> word(std::string_view key, std::span<const std::string_view> words);

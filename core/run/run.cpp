@@ -10,6 +10,7 @@
 #include "core/dem/dynamics.h"
 #include "core/dem/measures.h"
 #include "core/dem/packing.h"
+#include "core/dem/particle_birth.h"
 #include "core/dem/splitter.h"
 #include "core/run/ageing.h"
 #include "core/run/instruction_set.h"
@@ -29,6 +30,13 @@ constexpr std::int64_t kUnsettledFactor = 10;   // x minimum_cycles: longer than
 constexpr double kCreepFailureStrain = 0.2;     // axial creep strain
 constexpr double kUnsettledStrain = 1e-3;       // in the second half of a stage: it flows, it does not settle
 constexpr double kLargestOverlap = 1.0;  // of the smaller radius: its centre reaches the surface of the other
+/// Step over its bound. Beyond sqrt2 even one particle between fixed neighbours is unstable; stiffness may
+/// rise that far and further for the few cycles until the step is evaluated again, which is no harm.
+constexpr double kLargestStepRatio = 3.0;
+/// Energy that nobody put in, over what walls did and was stored before: sound runs have 4e-4 and less.
+constexpr double kLargestEnergyGrowth = 0.05;
+/// Of the target, by a wall that had reached it: stress peaks of collapsing grains stay far below a tenfold.
+constexpr double kLargestOvershoot = 9.0;
 constexpr double kLargestInertialNumber = 0.1;  // of loading: beyond it grains collide rather than bear
 constexpr double kLargestLoadingStrain = 0.5;   // axial, before loading is given up
 constexpr double kVoidRatioTolerance = 0.002;
@@ -74,10 +82,16 @@ struct Run::Impl {
   void load(Batch& batch);
   void end_loading(Batch& batch, bool settled);
   bool loading_goes_wrong(Batch& batch);
+  bool energy_grows(Batch& batch) const;
+  bool servo_runs_away(double deviation, Batch& batch);
   bool loading_sample_is_due();
   void hold(Batch& batch);
   double watch_stress();
   bool at_rest() const;
+  std::int64_t next_breakages() const;
+  void watch_failure_times();
+  bool failure_times_stand() const;
+  void adapt_breakages(double left);
   void fail_in_creep(const std::string& how, Batch& batch);
   void give_up_settling(Batch& batch);
   void age_and_break(Batch& batch);
@@ -173,6 +187,7 @@ void Run::Impl::pack(Batch& batch) {
 }
 
 void Run::Impl::begin_program(Batch& batch) {
+  if (scale_inertia(state.specimen, experiment)) dynamics.assess(state.specimen);
   if (state.cursor.act == Cursor::Act::kStart) emit_sample(Phase::kLoading, batch);
   emit_grading(batch);
   emit_snapshot(batch);
@@ -217,6 +232,8 @@ void Run::Impl::begin_hold() {
   cursor.ageing_jumps = 0;
   cursor.largest_ripple = 0.0;
   cursor.closing = false;
+  cursor.breakages = breakages_per_ageing(experiment.numerics, cursor.initial_count);
+  cursor.aged_from = 0.0;
   begin_dynamic_stage(0);
 }
 
@@ -226,6 +243,9 @@ void Run::Impl::begin_dynamic_stage(std::int64_t broken_at_start) {
   cursor.stage_cycle = 0;
   cursor.quiet_since = 0;
   cursor.ripple = 0.0;
+  cursor.reached_cycle = -1;
+  cursor.drift_cycle = 0;
+  cursor.drift = -1.0;
   cursor.creep_time_start = state.specimen.clocks.creep_time();
   cursor.suspended_start = state.specimen.clocks.suspended_time;
   cursor.broken_at_start = broken_at_start;
@@ -247,8 +267,42 @@ bool Run::Impl::computed(const CycleResult& result, Batch& batch) {
               "checkpoint is kept");
     return false;
   }
+  if (result.step_ratio > kLargestStepRatio) {
+    batch.outcome =
+        guard(absl::StrCat("step: ", result.step_ratio, " times its bound, limit ", kLargestStepRatio),
+              "lower time_step_safety or loading_velocity; the last good checkpoint is kept");
+    return false;
+  }
   break_particles(result.failures, batch);
-  if (state.specimen.cycle % kSampleInterval == 0) emit_sample(phase(), batch);
+  if (state.specimen.cycle % kSampleInterval != 0) return true;
+  emit_sample(phase(), batch);
+  return !energy_grows(batch);
+}
+
+/// By the sample just made.
+bool Run::Impl::energy_grows(Batch& batch) const {
+  const std::vector<double>& sample = batch.records.back().values;
+  const double input = std::fabs(state.specimen.energy.wall_work) + state.specimen.energy.initial_stored +
+                       state.specimen.energy.initial_tangential;
+  const double grown = -sample[column_index(RecordKind::kSample, "energy_unexplained_J")];
+  if (!(grown > kLargestEnergyGrowth * input)) return false;
+  batch.outcome = guard(absl::StrCat("energy: ", grown, " J came from nowhere, limit ", kLargestEnergyGrowth,
+                                     " of the ", input, " J put in"),
+                        "lower time_step_safety; the last good checkpoint is kept");
+  return true;
+}
+
+bool Run::Impl::servo_runs_away(double deviation, Batch& batch) {
+  Cursor& cursor = state.cursor;
+  if (deviation < experiment.numerics.settle_tolerance && cursor.reached_cycle < 0)
+    cursor.reached_cycle = cursor.stage_cycle;
+  if (cursor.reached_cycle < 0 || !(off_target(stage(), cursor, state.specimen) > kLargestOvershoot))
+    return false;
+  batch.outcome =
+      guard(absl::StrCat("servo: a wall that was on target is off it by ",
+                         off_target(stage(), cursor, state.specimen), " of it, limit ", kLargestOvershoot),
+            "lower loading_velocity, which caps the walls, or time_step_safety; the last good "
+            "checkpoint is kept");
   return true;
 }
 
@@ -261,8 +315,12 @@ void Run::Impl::break_particles(const std::vector<Failure>& failures, Batch& bat
 
 void Run::Impl::load(Batch& batch) {
   Cursor& cursor = state.cursor;
-  const CycleResult result =
-      dynamics.cycle(state.specimen, wall_control(stage(), cursor, experiment.numerics));
+  WallControl control = wall_control(stage(), cursor, experiment.numerics);
+  if (const auto& limit = experiment.numerics.inertial_number_limit) {
+    control[2].closing_velocity =
+        std::min(control[2].closing_velocity, closing_velocity_at(*limit, state.specimen, experiment));
+  }
+  const CycleResult result = dynamics.cycle(state.specimen, control);
   if (!computed(result, batch)) return;
   if (comes_to_rest(stage())) {
     const bool on_target = watch_stress() < experiment.numerics.settle_tolerance;
@@ -285,6 +343,8 @@ void Run::Impl::end_loading(Batch& batch, bool settled) {
   keep_aim(state.cursor, stage(), state.specimen);
   state.cursor.void_ratio_loaded = void_ratio(state.specimen, experiment.material.density).with_fines;
   emit_sample(Phase::kLoading, batch);
+  // A stress that leaps past its target because the step is unstable is no end of loading.
+  if (energy_grows(batch)) return;
   emit(RecordKind::kStage, stage_values(state, experiment, settled), batch);
   emit_grading(batch);
   emit_snapshot(batch);
@@ -340,6 +400,32 @@ double Run::Impl::watch_stress() {
   return std::max(deviation, change);
 }
 
+std::int64_t Run::Impl::next_breakages() const {
+  return experiment.numerics.ageing_error_tolerance
+             ? state.cursor.breakages
+             : breakages_per_ageing(experiment.numerics, state.cursor.initial_count);
+}
+
+/// Once a window, in a cycle that measured: sigma_mob is not in a checkpoint.
+void Run::Impl::watch_failure_times() {
+  Cursor& cursor = state.cursor;
+  if ((state.specimen.cycle - 1) % Dynamics::kMeasureInterval != 0 ||
+      cursor.stage_cycle - cursor.drift_cycle < settle_window()) {
+    return;
+  }
+  const double now = state.specimen.clocks.creep_time();
+  const double next = time_to_failures(state.specimen, experiment.material, next_breakages());
+  const double end = log_end_of_ageing(now, next, std::max(0.0, *duration_of(stage()) - now));
+  cursor.drift = cursor.drift_cycle > 0 ? std::fabs(end - cursor.drift_reference) : -1.0;
+  cursor.drift_reference = end;
+  cursor.drift_cycle = cursor.stage_cycle;
+}
+
+bool Run::Impl::failure_times_stand() const {
+  const auto& tolerance = experiment.numerics.drift_tolerance;
+  return !tolerance || (state.cursor.drift >= 0.0 && state.cursor.drift < *tolerance);
+}
+
 bool Run::Impl::at_rest() const {
   const Cursor& cursor = state.cursor;
   return cursor.stage_cycle - cursor.quiet_since >= settle_window() &&
@@ -351,15 +437,16 @@ void Run::Impl::hold(Batch& batch) {
   const Numerics& numerics = experiment.numerics;
   const CycleResult result = dynamics.cycle(state.specimen, wall_control(stage(), cursor, numerics));
   const double deviation = watch_stress();
-  if (!computed(result, batch)) return;
+  if (!computed(result, batch) || servo_runs_away(deviation, batch)) return;
   if (deviation >= numerics.settle_tolerance || !result.failures.empty())
     cursor.quiet_since = cursor.stage_cycle;
+  if (numerics.drift_tolerance) watch_failure_times();
   if (cursor.stage_cycle == most_cycles() / 2) cursor.strain_half_way = axial_strain(state.specimen);
 
   const double creep_strain = axial_strain(state.specimen) - cursor.strain_loaded;
   if (creep_strain > kCreepFailureStrain) {
     fail_in_creep(absl::StrCat("axial creep strain ", creep_strain, " > ", kCreepFailureStrain), batch);
-  } else if (cursor.stage_cycle >= numerics.minimum_cycles && at_rest()) {
+  } else if (cursor.stage_cycle >= numerics.minimum_cycles && at_rest() && failure_times_stand()) {
     end_dynamic_stage(batch, true);
   } else if (cursor.stage_cycle >= most_cycles()) {
     const double flow = axial_strain(state.specimen) - cursor.strain_half_way;
@@ -410,13 +497,31 @@ void Run::Impl::end_dynamic_stage(Batch& batch, bool settled) {
   }
 }
 
+/// From the last jump to the n_age of this one, and what this one promises.
+void Run::Impl::adapt_breakages(double left) {
+  Cursor& cursor = state.cursor;
+  const double now = state.specimen.clocks.creep_time();
+  const auto wait = [&](std::int64_t wanted) {
+    return time_to_failures(state.specimen, experiment.material, wanted);
+  };
+  if (cursor.aged_from > 0.0) {
+    const double error =
+        relative_strain_error({cursor.aged_from, now, cursor.promised, wait(cursor.breakages), left});
+    cursor.breakages = adapted_breakages(cursor.breakages, error, *experiment.numerics.ageing_error_tolerance,
+                                         cursor.initial_count);
+  }
+  const double once = std::min(wait(cursor.breakages), left);
+  cursor.promised = std::max(0.0, wait(2 * cursor.breakages) - once);
+  cursor.aged_from = now;
+}
+
 void Run::Impl::age_and_break(Batch& batch) {
   const Doing ageing(options.activity, Activity::kAgeing);
   Cursor& cursor = state.cursor;
   dynamics.assess(state.specimen);
   const double left = *duration_of(stage()) - state.specimen.clocks.creep_time();
-  const AgeingJump jump = age(state.specimen, experiment.material,
-                              breakages_per_ageing(experiment.numerics, cursor.initial_count), left);
+  if (experiment.numerics.ageing_error_tolerance) adapt_breakages(left);
+  const AgeingJump jump = age(state.specimen, experiment.material, next_breakages(), left);
   ++cursor.ageing_jumps;
   ++cursor.dynamic_stage;
   cursor.closing = jump.reached_end;

@@ -311,6 +311,13 @@ void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor, std::u
   archive(cursor.peak_deviatoric_stress);
   archive(cursor.strain_at_peak);
   archive(cursor.kept);
+  if (version < 6) return;
+  archive(cursor.drift_cycle);
+  archive(cursor.drift_reference);
+  archive(cursor.drift);
+  archive(cursor.breakages);
+  archive(cursor.promised);
+  archive(cursor.aged_from);
 }
 
 template <class Archive, class Of>

@@ -55,6 +55,12 @@ struct Cursor {
   double peak_deviatoric_stress = 0.0;  ///< largest of a sample of triaxial loading [Pa]
   double strain_at_peak = 0.0;          ///< axial
   std::int64_t kept = 0;                ///< multiples of the step of `keep` passed in the present stage
+  std::int64_t drift_cycle = 0;         ///< stage_cycle in which drift was last looked at; 0: not yet
+  double drift_reference = 0.0;         ///< ln of the end of the next ageing then
+  double drift = 0.0;                   ///< change of it over the last window; negative: no window yet
+  std::int64_t breakages = 0;           ///< n_age of the next jump, if it adapts
+  double promised = 0.0;                ///< by the last jump for as many failures again [s]
+  double aged_from = 0.0;               ///< creep_time before the last jump [s]; 0: none to learn from
 };
 
 struct RunState {
@@ -74,9 +80,9 @@ std::string digest_of(const RunState& state);
 /// To change the format: raise kCheckpointVersion (magic and version keep their places: by them older
 /// programs know that they are not to touch the file), keep reading the old one or refuse it by name, and
 /// keep an old file among the tests. Version 1, which does not know about snapshots, version 2, which knows
-/// only oedometric loading and creep, version 3, in which no particle turns, and version 4, in which no wall
-/// follows its specimen, are read too.
-inline constexpr std::uint32_t kCheckpointVersion = 5;
+/// only oedometric loading and creep, version 3, in which no particle turns, version 4, in which no wall
+/// follows its specimen, and version 5, which does not watch failure times, are read too.
+inline constexpr std::uint32_t kCheckpointVersion = 6;
 std::string write_checkpoint(const RunState& state, const CheckpointInfo& info);
 
 /// Errors: FailedPrecondition for one in the format of a newer program, DataLoss for anything else that is

@@ -172,5 +172,35 @@ TEST(Ageing, wants_26_failures_in_ten_thousand_grains) {
   EXPECT_EQ(breakages_per_ageing(asked, 11500), 5);
 }
 
+TEST(Ageing, time_to_failures_is_the_age_at_which_so_many_have_failed) {
+  for (std::int64_t wanted = 1; wanted <= static_cast<std::int64_t>(kFive.size()); ++wanted) {
+    Specimen specimen = loaded(kFive);
+    const double time = time_to_failures(specimen, Material{}, wanted);
+    EXPECT_EQ(time, age(specimen, Material{}, wanted, kForever).age);
+  }
+  EXPECT_EQ(time_to_failures(loaded(kFive), Material{}, 6), kForever);
+}
+
+TEST(AgeingError, is_half_the_misjudged_step_over_the_step_in_ln_time) {
+  // From 10 s to 10 e s, another 10 e s promised and e^0.2 times the end found:
+  // d = 0.2, step 1, E = 0.2 / 2 / 1. Tolerances: rounding.
+  const double after = 10.0 * std::exp(1.0);
+  const double found = 2.0 * after * std::exp(0.2) - after;
+  EXPECT_NEAR(relative_strain_error({10.0, after, after, found, 1e9}), 0.1, 1e-12);
+  EXPECT_NEAR(relative_strain_error({10.0, after, found, after, 1e9}), 0.1, 1e-12) << "sooner or later alike";
+  EXPECT_EQ(relative_strain_error({10.0, after, after, after, 1e9}), 0.0);
+  EXPECT_EQ(relative_strain_error({10.0, after, 50.0, kForever, 40.0}), 0.0) << "both beyond the end";
+}
+
+TEST(AgeingError, sets_n_age_in_inverse_proportion_within_a_factor_of_2) {
+  EXPECT_EQ(adapted_breakages(10, 0.10, 0.12, 11500), 12);
+  EXPECT_EQ(adapted_breakages(10, 0.15, 0.12, 11500), 8);
+  EXPECT_EQ(adapted_breakages(10, 9.0, 0.12, 11500), 5);
+  EXPECT_EQ(adapted_breakages(10, 0.0, 0.12, 11500), 20);
+  EXPECT_EQ(adapted_breakages(1, 9.0, 0.12, 11500), 1);
+  EXPECT_EQ(adapted_breakages(290, 0.0, 0.12, 11500), 299) << "0.026 of the count";
+  EXPECT_EQ(adapted_breakages(1, 0.0, 0.12, 20), 1);
+}
+
 }  // namespace
 }  // namespace creep

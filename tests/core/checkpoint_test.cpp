@@ -148,7 +148,7 @@ TEST_P(OldCheckpoint, is_read) {
   if (GetParam() == 1) {
     EXPECT_EQ(state->cursor.next_snapshot_age, Cursor::kFirstSnapshotAge);
   }
-  EXPECT_EQ(state->specimen.particles.spin.empty(), GetParam() < 4);
+  EXPECT_EQ(state->specimen.particles.spin.empty(), GetParam() != 4) << "only that file has grains that turn";
   EXPECT_EQ(state->specimen.walls.carried, (std::array<double, 3>{}));
   const auto rewritten = read_checkpoint_info(write_checkpoint(*state, *info));
   ASSERT_TRUE(rewritten.ok()) << rewritten.status();
@@ -156,7 +156,7 @@ TEST_P(OldCheckpoint, is_read) {
   EXPECT_EQ(rewritten->state_digest, info->state_digest);
 }
 
-INSTANTIATE_TEST_SUITE_P(Versions, OldCheckpoint, ::testing::Values(1u, 2u, 3u, 4u));
+INSTANTIATE_TEST_SUITE_P(Versions, OldCheckpoint, ::testing::Values(1u, 2u, 3u, 4u, 5u));
 
 TEST(Checkpoint, keeps_the_spins_of_grains_that_may_turn) {
   Experiment experiment = short_job();

@@ -87,6 +87,8 @@ unbalanced_tolerance = 1e-3
 local_damping = 0.6
 inertia_scaling = "fragments"
 failure_check_interval = 10
+drift_tolerance = 0.02
+inertial_number_limit = 1e-3
 loading_velocity = "50 mm/s"
 skin = "3 um"
 [output]
@@ -133,6 +135,9 @@ snapshots = "per decade of age"
   EXPECT_EQ(numerics.minimum_cycles, 4000);
   EXPECT_EQ(numerics.time_step_safety, 0.5);
   EXPECT_EQ(numerics.breakages_per_ageing, 3);
+  EXPECT_FALSE(numerics.ageing_error_tolerance);
+  EXPECT_EQ(numerics.drift_tolerance, 0.02);
+  EXPECT_EQ(numerics.inertial_number_limit, 1e-3);
   EXPECT_EQ(numerics.settle_tolerance, 0.01);
   EXPECT_EQ(numerics.unbalanced_tolerance, 1e-3);
   EXPECT_EQ(numerics.local_damping, 0.6);
@@ -265,6 +270,17 @@ TEST(JobText, sections_that_are_left_out_are_those_of_the_source) {
   EXPECT_EQ(specimen_hash(experiment), specimen_hash(parsed(std::string(kLeast))));
 }
 
+TEST(Experiment, ageing_may_adapt_to_a_tolerance) {
+  const std::string least(kLeast);
+  const Numerics fixed = parsed(least).numerics;
+  EXPECT_FALSE(fixed.ageing_error_tolerance || fixed.drift_tolerance || fixed.inertial_number_limit);
+  const std::string adaptive = least + "[numerics]\nbreakages_per_ageing = \"adaptive\"\n";
+  EXPECT_EQ(parsed(adaptive).numerics.ageing_error_tolerance, 0.1);
+  const Numerics asked = parsed(adaptive + "ageing_error_tolerance = 0.03\n").numerics;
+  EXPECT_EQ(asked.ageing_error_tolerance, 0.03);
+  EXPECT_FALSE(asked.breakages_per_ageing);
+}
+
 TEST(Experiment, a_key_of_the_material_overrides_the_preset_wherever_it_stands) {
   const Experiment experiment = parsed(
       std::string(kLeast) + "[material]\nsize_exponent = 0.2\npreset = \"fontainebleau-ne34-literal\"\n");
@@ -358,6 +374,9 @@ TEST(ExperimentHash, every_field_that_can_change_a_result_changes_it) {
       [](Experiment& e) { e.numerics.minimum_cycles = 1; },
       [](Experiment& e) { e.numerics.time_step_safety *= 2; },
       [](Experiment& e) { e.numerics.breakages_per_ageing = 8; },
+      [](Experiment& e) { e.numerics.ageing_error_tolerance = 0.1; },
+      [](Experiment& e) { e.numerics.drift_tolerance = 0.1; },
+      [](Experiment& e) { e.numerics.inertial_number_limit = 0.1; },
       [](Experiment& e) { e.numerics.settle_tolerance *= 2; },
       [](Experiment& e) { e.numerics.unbalanced_tolerance *= 2; },
       [](Experiment& e) { e.numerics.local_damping *= 2; },

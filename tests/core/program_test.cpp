@@ -6,8 +6,10 @@
 #include <map>
 #include <set>
 
+#include "core/dem/particle_birth.h"
 #include "core/physics/grading.h"
 #include "core/run/run.h"
+#include "core/run/state.h"
 #include "tests/core/run_scene.h"
 
 namespace creep {
@@ -291,7 +293,6 @@ TEST(Start, another_specimen_is_refused) {
       [](Experiment& e) { e.material.density += 1.0; },
       [](Experiment& e) { e.material.limit_stress *= 1.01; },
       [](Experiment& e) { e.material.comminution_limit *= 1.01; },
-      [](Experiment& e) { e.numerics.inertia_scaling = InertiaScaling::kAll; },
   };
   for (std::size_t k = 0; k < changes.size(); ++k) {
     Experiment experiment = creep_from_checkpoint(0.4e6);
@@ -306,6 +307,194 @@ TEST(Start, another_specimen_is_refused) {
   EXPECT_TRUE(absl::IsInvalidArgument(creep::Run::start_from(wetter, {}, packing).status()))
       << "still packing";
   EXPECT_TRUE(absl::IsInvalidArgument(creep::Run::start(wetter, {}).status())) << "without its checkpoint";
+}
+
+/// Of a run that starts from the same specimen with the inertia scaled so.
+struct Scaled {
+  RunState end;
+  std::map<std::string, double> summary;
+};
+
+Scaled with_inertia(InertiaScaling scaling) {
+  Experiment experiment = triaxial_job();
+  experiment.start = Start{"the triaxial job", "01_isotropic_end"};
+  experiment.program = {OedometricStage{{3e6}}, CreepStage{3600.0, {}, {}, {}}};
+  experiment.numerics.inertia_scaling = scaling;
+  auto run = creep::Run::start_from(experiment, {}, kept().at("01_isotropic_end"));
+  EXPECT_TRUE(run.ok()) << run.status();
+  Trace trace;
+  finish(**run, trace);
+  EXPECT_EQ(trace.outcome, "completed");
+  Scaled scaled{*read_checkpoint((*run)->checkpoint()), {}};
+  for (const SummaryFigure& figure : (*run)->summary()) scaled.summary[figure.name] = figure.value;
+  return scaled;
+}
+
+TEST(InertiaScaling, raises_what_is_lighter_than_its_reference_and_nothing_else) {
+  const LognormalGrading sand;
+  const double finest = sphere_mass(0.5 * sand.min_diameter, Material{}.density);
+  const double median = sphere_mass(0.5 * median_diameter(sand), Material{}.density);
+  for (const InertiaScaling scaling :
+       {InertiaScaling::kNone, InertiaScaling::kFragments, InertiaScaling::kAll}) {
+    const Particles particles = with_inertia(scaling).end.specimen.particles;
+    std::int64_t raised_grains = 0, raised_fragments = 0;
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      const bool grain = particles.generation[i] == 0;
+      double reference = 0.0;
+      if (scaling == InertiaScaling::kAll) reference = median;
+      if (scaling == InertiaScaling::kFragments && !grain) reference = finest;
+      EXPECT_EQ(particles.inertial_mass[i], std::max(particles.mass[i], reference));
+      if (particles.inertial_mass[i] > particles.mass[i]) ++(grain ? raised_grains : raised_fragments);
+    }
+    EXPECT_EQ(raised_grains > 0, scaling == InertiaScaling::kAll);
+    EXPECT_EQ(raised_fragments > 0, scaling != InertiaScaling::kNone);
+  }
+}
+
+TEST(InertiaScaling, suspends_the_clock_of_dynamic_stages_and_closes_the_ledger) {
+  const double before = read_checkpoint(kept().at("01_isotropic_end"))->specimen.clocks.dynamic_time;
+  std::map<InertiaScaling, Scaled> runs;
+  for (const InertiaScaling scaling :
+       {InertiaScaling::kNone, InertiaScaling::kFragments, InertiaScaling::kAll}) {
+    runs[scaling] = with_inertia(scaling);
+    auto& summary = runs[scaling].summary;
+    const bool scaled = scaling != InertiaScaling::kNone;
+    EXPECT_EQ(summary["dynamic_time_s"] == before, scaled);
+    EXPECT_EQ(summary["suspended_time_s"] > 0.0, scaled);
+    EXPECT_GT(summary["broken_total"], 0.0);
+    // 0.1 % of the input: the bound on the ledger of every run
+    EXPECT_LT(std::fabs(summary["energy_unexplained_J"]), 1e-3 * summary["wall_work_J"]);
+  }
+  // Fragments of 0.230093 of the radius of grains of 0.1 mm and more are raised at least to 0.1 mm: the step
+  // goes with the root of the mass, and the end states differ.
+  EXPECT_GT(runs[InertiaScaling::kFragments].end.specimen.time_step,
+            1.5 * runs[InertiaScaling::kNone].end.specimen.time_step);
+  EXPECT_GT(runs[InertiaScaling::kAll].end.specimen.time_step,
+            1.2 * runs[InertiaScaling::kFragments].end.specimen.time_step);
+}
+
+/// Killed after every so many cycles.
+std::string digest_of_a_run_in_pieces(const Experiment& experiment, std::int64_t piece) {
+  std::unique_ptr<creep::Run> run = started(experiment);
+  for (;;) {
+    const Batch batch = run->advance(piece);
+    if (batch.outcome) return run->state_digest();
+    auto resumed = creep::Run::resume(experiment, {}, run->checkpoint());
+    EXPECT_TRUE(resumed.ok()) << resumed.status();
+    run = *std::move(resumed);
+  }
+}
+
+Experiment adaptive_job() {
+  Experiment experiment = testing::short_job();
+  experiment.numerics.breakages_per_ageing.reset();
+  experiment.numerics.ageing_error_tolerance = 0.2;
+  experiment.numerics.drift_tolerance = 0.5;
+  return experiment;
+}
+
+TEST(Methods, that_watch_failure_times_survive_kills_bit_for_bit) {
+  const Trace whole = whole_run(adaptive_job());
+  ASSERT_EQ(whole.outcome, "completed");
+  EXPECT_EQ(digest_of_a_run_in_pieces(adaptive_job(), 777), whole.digest);
+}
+
+TEST(Methods, a_stage_that_waits_for_its_failure_times_is_longer_the_closer_they_must_stand) {
+  double before = 0.0;
+  for (const double tolerance : {1e9, 1e-3}) {
+    Experiment experiment = testing::short_job();
+    experiment.numerics.drift_tolerance = tolerance;
+    const Trace trace = whole_run(experiment);
+    ASSERT_EQ(trace.outcome, "completed");
+    const double cycles = value(rows(trace, RecordKind::kStage, 1).front(), "cycles");
+    EXPECT_GE(cycles, 2.0 * 400) << "two looks, a window apart";
+    EXPECT_GT(cycles, before);
+    before = cycles;
+  }
+}
+
+TEST(Methods, platens_slow_down_at_the_inertial_number_asked_for) {
+  Experiment experiment = testing::short_job();
+  experiment.program = {OedometricStage{{3e6}}};
+  double fastest = 0.0;
+  for (const std::optional<double> limit : {std::optional<double>(), std::optional<double>(2e-3)}) {
+    experiment.numerics.inertial_number_limit = limit;
+    const Trace trace = whole_run(experiment);
+    ASSERT_EQ(trace.outcome, "completed");
+    double largest = 0.0;
+    for (const Record& sample : rows(trace, RecordKind::kSample, 0)) {
+      if (value(sample, "phase") == static_cast<double>(Phase::kLoading))
+        largest = std::max(largest, value(sample, "inertial_number"));
+    }
+    if (!limit) fastest = largest;
+    // The cap is that of the stress a cycle before, and stress falls by far less than half in a cycle.
+    if (limit) {
+      EXPECT_LT(largest, 1.5 * *limit);
+    }
+  }
+  EXPECT_GT(fastest, 3e-3) << "or the limit had nothing to do";
+}
+
+std::string ends_with(const Experiment& experiment) { return whole_run(experiment).outcome; }
+
+TEST(Guard, names_a_step_beyond_its_bound) {
+  Experiment experiment = triaxial_job();
+  experiment.start = Start{"the triaxial job", "01_isotropic_end"};
+  experiment.program = {OedometricStage{{3e6}}};
+  for (const double safety : {5.0, 50.0}) {
+    experiment.numerics.time_step_safety = safety;
+    const std::string outcome = run_from(experiment, kept().at("01_isotropic_end")).outcome;
+    EXPECT_TRUE(outcome.starts_with("guard ")) << safety << ": " << outcome;
+  }
+}
+
+TEST(Guard, names_a_servo_that_ran_away) {
+  // A hold that was on target, of a stress a twentieth of the one that its walls bear now.
+  const std::unique_ptr<creep::Run> run = started(testing::short_job());
+  while (run->progress().phase != Phase::kDynamicStage) run->advance(100);
+  run->advance(50);
+  RunState state = *read_checkpoint(run->checkpoint());
+  const CheckpointInfo info = *read_checkpoint_info(run->checkpoint());
+  for (const bool was_on_target : {false, true}) {
+    state.cursor.target = state.specimen.walls.stress(2) / 20.0;
+    state.cursor.reached_cycle = was_on_target ? 0 : -1;
+    auto resumed = creep::Run::resume(testing::short_job(), {}, write_checkpoint(state, info));
+    ASSERT_TRUE(resumed.ok()) << resumed.status();
+    const Batch batch = (*resumed)->advance(1);
+    ASSERT_EQ(batch.outcome.has_value(), was_on_target);
+    if (was_on_target) {
+      EXPECT_TRUE(batch.outcome->reason.starts_with("guard servo: ")) << batch.outcome->reason;
+      EXPECT_NE(batch.outcome->advice, "");
+    }
+  }
+}
+
+TEST(Guard, names_energy_that_comes_from_nowhere) {
+  // A ledger by which a tenth more came out than the walls put in.
+  const std::unique_ptr<creep::Run> run = started(testing::short_job());
+  while (run->progress().phase != Phase::kDynamicStage) run->advance(100);
+  RunState state = *read_checkpoint(run->checkpoint());
+  const CheckpointInfo info = *read_checkpoint_info(run->checkpoint());
+  state.specimen.energy.removed_kinetic += 0.1 * state.specimen.energy.wall_work;
+  auto resumed = creep::Run::resume(testing::short_job(), {}, write_checkpoint(state, info));
+  ASSERT_TRUE(resumed.ok()) << resumed.status();
+  Batch batch;
+  do {
+    batch = (*resumed)->advance(1000000);
+  } while (!batch.outcome);
+  EXPECT_TRUE(batch.outcome->reason.starts_with("guard energy: ")) << batch.outcome->reason;
+}
+
+TEST(Guard, names_a_loading_too_fast_to_be_borne) {
+  Experiment experiment = testing::short_job();
+  experiment.numerics.loading_velocity = 200.0;
+  EXPECT_TRUE(ends_with(experiment).starts_with("guard inertia: ")) << ends_with(experiment);
+}
+
+TEST(Guard, names_a_stage_that_never_settles) {
+  Experiment experiment = testing::short_job();
+  experiment.numerics.unbalanced_tolerance = 1e-30;
+  EXPECT_TRUE(ends_with(experiment).starts_with("guard settling: ")) << ends_with(experiment);
 }
 
 TEST(Program, a_specimen_that_flows_under_its_load_has_failed_in_creep) {
