@@ -15,7 +15,7 @@ struct Curve {
   std::vector<double> passing;
 };
 
-std::vector<Curve> grading_curves(const Table& grading) {
+std::vector<Curve> grading_curves(const NumberTable& grading) {
   std::vector<Curve> curves;
   double number = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t row = 0; row < grading.rows(); ++row) {
@@ -41,7 +41,7 @@ double number_between(const Curve& curve, double smallest, double largest) {
 }
 
 /// Particles at the end of packing.
-double initial_number(const Table& samples) {
+double initial_number(const NumberTable& samples) {
   double number = 0.0;
   for (std::size_t row = 0; row < samples.rows(); ++row) {
     if (samples.at(row, "broken_total") > 0.0) break;

@@ -36,18 +36,18 @@ absl::StatusOr<std::string> read_text(const std::filesystem::path& path) {
   return text.str();
 }
 
-absl::StatusOr<Table> read_table(const std::filesystem::path& path) {
+absl::StatusOr<NumberTable> read_table(const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) return Table();
+  if (!std::filesystem::exists(path, error)) return NumberTable();
   auto text = read_text(path);
   if (!text.ok()) return text.status();
-  return Table::parse(*text, path.string());
+  return NumberTable::parse(*text, path.string());
 }
 
 }  // namespace
 
-absl::StatusOr<Table> Table::parse(std::string_view text, std::string_view name) {
-  Table table;
+absl::StatusOr<NumberTable> NumberTable::parse(std::string_view text, std::string_view name) {
+  NumberTable table;
   std::size_t line_number = 0;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = text.find('\n', begin);
@@ -80,17 +80,17 @@ absl::StatusOr<Table> Table::parse(std::string_view text, std::string_view name)
   return table;
 }
 
-bool Table::has(std::string_view column) const {
+bool NumberTable::has(std::string_view column) const {
   return std::find(names_.begin(), names_.end(), column) != names_.end();
 }
 
-const std::vector<double>& Table::column(std::string_view name) const {
+const std::vector<double>& NumberTable::column(std::string_view name) const {
   static const std::vector<double> kNone;
   const auto found = std::find(names_.begin(), names_.end(), name);
   return found == names_.end() ? kNone : columns_[static_cast<std::size_t>(found - names_.begin())];
 }
 
-double Table::at(std::size_t row, std::string_view column_name) const {
+double NumberTable::at(std::size_t row, std::string_view column_name) const {
   const std::vector<double>& values = column(column_name);
   return row < values.size() ? values[row] : std::numeric_limits<double>::quiet_NaN();
 }
@@ -129,10 +129,10 @@ absl::StatusOr<JobResults> read_job_results(const std::filesystem::path& directo
     results.name =
         plain.filename().empty() ? plain.parent_path().filename().string() : plain.filename().string();
   }
-  const std::pair<const char*, Table*> tables[] = {{"samples.csv", &results.samples},
-                                                   {"stages.csv", &results.stages},
-                                                   {"breakages.csv", &results.breakages},
-                                                   {"gsd.csv", &results.grading}};
+  const std::pair<const char*, NumberTable*> tables[] = {{"samples.csv", &results.samples},
+                                                         {"stages.csv", &results.stages},
+                                                         {"breakages.csv", &results.breakages},
+                                                         {"gsd.csv", &results.grading}};
   for (const auto& [file, table] : tables) {
     auto read = read_table(directory / file);
     if (!read.ok()) return read.status();

@@ -16,13 +16,13 @@
 namespace creepctl {
 
 /// A csv table of numbers, read by column name: further columns are kept, missing ones are empty.
-class Table {
+class NumberTable {
  public:
-  Table() = default;
+  NumberTable() = default;
 
   /// `name` is for messages. A last line without its newline is still being written and is left out.
   /// Error: InvalidArgument for a line of another length than the header or a cell that is no number.
-  static absl::StatusOr<Table> parse(std::string_view text, std::string_view name);
+  static absl::StatusOr<NumberTable> parse(std::string_view text, std::string_view name);
 
   std::size_t rows() const { return columns_.empty() ? 0 : columns_.front().size(); }
   bool has(std::string_view column) const;
@@ -43,10 +43,10 @@ struct JobResults {
   std::string name;                             ///< of the job file, else of the directory
   std::string job_text;                         ///< job.toml as it stands
   std::optional<creep::Experiment> experiment;  ///< if job.toml can be read by this version
-  Table samples;
-  Table stages;
-  Table breakages;
-  Table grading;
+  NumberTable samples;
+  NumberTable stages;
+  NumberTable breakages;
+  NumberTable grading;
   nlohmann::ordered_json summary;  ///< an object; empty while the run has not ended
 
   /// A figure of summary.json; nullopt if it is not there.

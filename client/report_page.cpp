@@ -166,7 +166,7 @@ std::string charts_section(const JobResults& results, const std::optional<Hold>&
 }
 
 std::string stages_section(const JobResults& results) {
-  const Table& stages = results.stages;
+  const NumberTable& stages = results.stages;
   Rows rows;
   for (std::size_t row = 0; row < stages.rows(); ++row) {
     const auto cell = [&](const char* column, const char* pattern, double factor = 1.0) {
@@ -198,7 +198,7 @@ std::string stages_section(const JobResults& results) {
 }
 
 std::string ledger_section(const JobResults& results) {
-  const Table& samples = results.samples;
+  const NumberTable& samples = results.samples;
   if (samples.rows() == 0) return "";
   const std::size_t last = samples.rows() - 1;
   const double work = samples.at(last, "wall_work_J");

@@ -194,7 +194,7 @@ std::optional<NamedChart> rate_chart(const Hold& hold) {
 }
 
 /// The curve of gsd.csv numbered `number`.
-Series grading_series(const Table& grading, double number, std::string label, Hue hue) {
+Series grading_series(const NumberTable& grading, double number, std::string label, Hue hue) {
   Series series{std::move(label), {}, {}};
   series.hue = hue;
   for (std::size_t row = 0; row < grading.rows(); ++row) {

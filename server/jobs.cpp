@@ -124,7 +124,7 @@ absl::StatusOr<std::string> whole_spec(const Submission& submission, const std::
 
 absl::Status can_start(const ChosenCheckpoint& checkpoint, const std::string& specimen_hash) {
   const absl::Status can = creep::can_start_from(checkpoint.info, specimen_hash);
-  if (can.ok()) return can;
+  if (can.ok()) return absl::OkStatus();
   return refuse(absl::StatusCode::kFailedPrecondition, std::string(can.message()),
                 {"OTHER_SPECIMEN", {}, {}, {}});
 }

@@ -105,7 +105,9 @@ void add_ls(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->take_all()
       ->type_name("KEY=VALUE");
-  command->add_option("--limit", options->limit, "At most so many; 0: all")->capture_default_str();
+  command->add_option("--limit", options->limit, "At most so many; 0: all")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   command->add_flag("--quiet,-q", options->quiet, "Only the ids");
   command->add_flag("--json", options->json, "Print JSON");
   add_server_options(*command, options->server);

@@ -75,8 +75,7 @@ absl::Status RequestHandler::submit(const Caller& caller, const v1::SubmitJobReq
   const auto inserted = jobs_.submit(caller, submission);
   if (!inserted.ok()) return inserted.status();
   response.set_already_existed(inserted->already_existed);
-  to_message(inserted->job, *response.mutable_job());
-  return absl::OkStatus();
+  return fill(inserted->job, *response.mutable_job());
 }
 
 absl::Status RequestHandler::fork(const Caller& caller, const v1::ForkJobRequest& request,
@@ -90,8 +89,7 @@ absl::Status RequestHandler::fork(const Caller& caller, const v1::ForkJobRequest
       jobs_.fork(caller, request.job(), {request.generation(), request.checkpoint()}, std::move(submission));
   if (!inserted.ok()) return inserted.status();
   response.set_already_existed(inserted->already_existed);
-  to_message(inserted->job, *response.mutable_job());
-  return absl::OkStatus();
+  return fill(inserted->job, *response.mutable_job());
 }
 
 absl::Status RequestHandler::get(const Caller& caller, const v1::GetJobRequest& request, v1::Job& response) {

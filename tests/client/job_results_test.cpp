@@ -33,8 +33,8 @@ class JobResultsTest : public testing::Test {
   std::filesystem::path directory_;
 };
 
-TEST(Table, ReadsByNameAndKeepsFurtherColumns) {
-  const auto table = Table::parse("a,later,b\n1,7,2.5e-3\n-4,8,nan\n", "t.csv");
+TEST(NumberTable, ReadsByNameAndKeepsFurtherColumns) {
+  const auto table = NumberTable::parse("a,later,b\n1,7,2.5e-3\n-4,8,nan\n", "t.csv");
   ASSERT_TRUE(table.ok()) << table.status();
   EXPECT_EQ(table->rows(), 2u);
   EXPECT_EQ(table->at(0, "b"), 2.5e-3);
@@ -45,17 +45,17 @@ TEST(Table, ReadsByNameAndKeepsFurtherColumns) {
   EXPECT_TRUE(table->column("missing").empty());
 }
 
-TEST(Table, LeavesOutALineStillBeingWritten) {
-  const auto table = Table::parse("a,b\n1,2\n3,", "t.csv");
+TEST(NumberTable, LeavesOutALineStillBeingWritten) {
+  const auto table = NumberTable::parse("a,b\n1,2\n3,", "t.csv");
   ASSERT_TRUE(table.ok()) << table.status();
   EXPECT_EQ(table->rows(), 1u);
-  EXPECT_EQ(Table::parse("", "t.csv")->rows(), 0u);
+  EXPECT_EQ(NumberTable::parse("", "t.csv")->rows(), 0u);
 }
 
-TEST(Table, NamesTheLineThatIsDamaged) {
-  const auto longer = Table::parse("a,b\n1,2\n1,2,3\n", "t.csv");
+TEST(NumberTable, NamesTheLineThatIsDamaged) {
+  const auto longer = NumberTable::parse("a,b\n1,2\n1,2,3\n", "t.csv");
   EXPECT_NE(std::string(longer.status().message()).find("t.csv:3:"), std::string::npos);
-  const auto word = Table::parse("a,b\n1,two\n", "t.csv");
+  const auto word = NumberTable::parse("a,b\n1,two\n", "t.csv");
   EXPECT_NE(std::string(word.status().message()).find("'two' is no number"), std::string::npos);
 }
 

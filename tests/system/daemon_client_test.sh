@@ -106,6 +106,10 @@ fork=$(creepctl fork "$id")
 cancelled=$(creepctl submit "$job" --priority 5 2>/dev/null)
 expect_exit 1 creepctl delete "$cancelled"
 expect_output "cancel it first"
+# The answer to a submission says where in the queue the job stands.
+waiting=$(creepctl submit "$job" --priority -5 --request-id waits --json)
+grep -qE '"queue_position": "?[1-9]' <<<"$waiting" || fail "no place in the queue: $waiting"
+expect_exit 0 creepctl cancel "$(creepctl submit "$job" --priority -5 --request-id waits 2>/dev/null)"
 expect_exit 0 creepctl cancel "$cancelled"
 expect_exit 3 creepctl wait "$cancelled"
 expect_exit 3 creepctl watch "$cancelled"
@@ -129,6 +133,7 @@ grep -qE "^$work/bad.toml:4:[0-9]+: error: " "$work/output" || fail "no FILE:LIN
 expect_exit 5 creepctl submit "$job" --label Bad=1
 expect_exit 0 creepctl submit "$job" --validate-only
 expect_exit 2 creepctl submit "$job" --label none
+expect_exit 2 creepctl ls --limit -3
 expect_exit 2 creepctl ls --server nowhere
 expect_exit 2 creepctl wait "$id" --timeout soon
 expect_exit 5 creepctl fetch "$id" --out "$here"
