@@ -13,6 +13,7 @@
 #include "core/dem/particle_birth.h"
 #include "core/dem/splitter.h"
 #include "core/run/ageing.h"
+#include "core/run/guards.h"
 #include "core/run/instruction_set.h"
 #include "core/run/samples.h"
 #include "core/run/snapshot.h"
@@ -29,22 +30,8 @@ constexpr std::int64_t kSettleWindow = 5000;    // cycles on target and without 
 constexpr std::int64_t kUnsettledFactor = 10;   // x minimum_cycles: longer than that is not settling
 constexpr double kCreepFailureStrain = 0.2;     // axial creep strain
 constexpr double kUnsettledStrain = 1e-3;       // in the second half of a stage: it flows, it does not settle
-constexpr double kLargestOverlap = 1.0;  // of the smaller radius: its centre reaches the surface of the other
-/// Step over its bound. Beyond sqrt2 even one particle between fixed neighbours is unstable; stiffness may
-/// rise that far and further for the few cycles until the step is evaluated again, which is no harm.
-constexpr double kLargestStepRatio = 3.0;
-/// Energy that nobody put in, over what walls did and was stored before: sound runs have 4e-4 and less.
-constexpr double kLargestEnergyGrowth = 0.05;
-/// Of the target, by a wall that had reached it: stress peaks of collapsing grains stay far below a tenfold.
-constexpr double kLargestOvershoot = 9.0;
-constexpr double kLargestInertialNumber = 0.1;  // of loading: beyond it grains collide rather than bear
-constexpr double kLargestLoadingStrain = 0.5;   // axial, before loading is given up
 constexpr double kVoidRatioTolerance = 0.002;
 constexpr const char* kPackingWord = "packing";
-
-Outcome guard(const std::string& reason, std::string advice) {
-  return {Outcome::Kind::kGuardStop, absl::StrCat("guard ", reason), std::move(advice)};
-}
 
 /// Whether the cursor stands where the program has what it does.
 bool stands_in(const std::vector<Stage>& program, const Cursor& cursor) {
@@ -81,7 +68,6 @@ struct Run::Impl {
   void begin_program(Batch& batch);
   void load(Batch& batch);
   void end_loading(Batch& batch, bool settled);
-  bool loading_goes_wrong(Batch& batch);
   bool energy_grows(Batch& batch) const;
   bool servo_runs_away(double deviation, Batch& batch);
   bool loading_sample_is_due();
@@ -169,7 +155,7 @@ Batch Run::Impl::advance(std::int64_t cycle_budget) {
 void Run::Impl::pack(Batch& batch) {
   const PackingFault fault = pack_one_cycle(state.specimen, state.packing, experiment, dynamics);
   if (!fault.empty()) {
-    batch.outcome = guard(fault, "give a void ratio that this grading can reach, or another seed");
+    batch.outcome = guard_stop(fault, "give a void ratio that this grading can reach, or another seed");
     return;
   }
   if (state.packing.step != PackingState::Step::kDone) {
@@ -254,23 +240,8 @@ void Run::Impl::begin_dynamic_stage(std::int64_t broken_at_start) {
 
 bool Run::Impl::computed(const CycleResult& result, Batch& batch) {
   ++state.cursor.stage_cycle;
-  if (!result.finite) {
-    batch.outcome = guard("non-finite: a position, velocity or force is no longer a number",
-                          "lower time_step_safety; the last good checkpoint is kept");
-    return false;
-  }
-  if (result.largest_overlap_ratio > kLargestOverlap) {
-    batch.outcome =
-        guard(absl::StrCat("overlap: ", result.largest_overlap_ratio, " of the smaller radius, limit ",
-                           kLargestOverlap),
-              "lower time_step_safety or loading_velocity, or check modulus and stress; the last good "
-              "checkpoint is kept");
-    return false;
-  }
-  if (result.step_ratio > kLargestStepRatio) {
-    batch.outcome =
-        guard(absl::StrCat("step: ", result.step_ratio, " times its bound, limit ", kLargestStepRatio),
-              "lower time_step_safety or loading_velocity; the last good checkpoint is kept");
+  if (auto stop = cycle_guard(result)) {
+    batch.outcome = std::move(stop);
     return false;
   }
   break_particles(result.failures, batch);
@@ -282,28 +253,18 @@ bool Run::Impl::computed(const CycleResult& result, Batch& batch) {
 /// By the sample just made.
 bool Run::Impl::energy_grows(Batch& batch) const {
   const std::vector<double>& sample = batch.records.back().values;
-  const double input = std::fabs(state.specimen.energy.wall_work) + state.specimen.energy.initial_stored +
-                       state.specimen.energy.initial_tangential;
-  const double grown = -sample[column_index(RecordKind::kSample, "energy_unexplained_J")];
-  if (!(grown > kLargestEnergyGrowth * input)) return false;
-  batch.outcome = guard(absl::StrCat("energy: ", grown, " J came from nowhere, limit ", kLargestEnergyGrowth,
-                                     " of the ", input, " J put in"),
-                        "lower time_step_safety; the last good checkpoint is kept");
-  return true;
+  batch.outcome =
+      energy_guard(state.specimen.energy, sample[column_index(RecordKind::kSample, "energy_unexplained_J")]);
+  return batch.outcome.has_value();
 }
 
 bool Run::Impl::servo_runs_away(double deviation, Batch& batch) {
   Cursor& cursor = state.cursor;
   if (deviation < experiment.numerics.settle_tolerance && cursor.reached_cycle < 0)
     cursor.reached_cycle = cursor.stage_cycle;
-  if (cursor.reached_cycle < 0 || !(off_target(stage(), cursor, state.specimen) > kLargestOvershoot))
-    return false;
-  batch.outcome =
-      guard(absl::StrCat("servo: a wall that was on target is off it by ",
-                         off_target(stage(), cursor, state.specimen), " of it, limit ", kLargestOvershoot),
-            "lower loading_velocity, which caps the walls, or time_step_safety; the last good "
-            "checkpoint is kept");
-  return true;
+  if (cursor.reached_cycle < 0) return false;
+  batch.outcome = servo_guard(off_target(stage(), cursor, state.specimen));
+  return batch.outcome.has_value();
 }
 
 void Run::Impl::break_particles(const std::vector<Failure>& failures, Batch& batch) {
@@ -334,7 +295,8 @@ void Run::Impl::load(Batch& batch) {
   } else if (has_passed(stage(), cursor, state.specimen, experiment.numerics.settle_tolerance)) {
     return end_loading(batch, true);
   }
-  if (loading_goes_wrong(batch)) return;
+  batch.outcome = loading_guard(state.specimen, experiment, *target_of(stage()));
+  if (batch.outcome) return;
   if (loading_sample_is_due()) emit_sample(Phase::kLoading, batch);
   keep_if_due(batch);
 }
@@ -349,25 +311,6 @@ void Run::Impl::end_loading(Batch& batch, bool settled) {
   emit_grading(batch);
   emit_snapshot(batch);
   if (settled) next_stage(batch);
-}
-
-bool Run::Impl::loading_goes_wrong(Batch& batch) {
-  const double inertia = inertial_number(state.specimen, experiment);
-  if (inertia > kLargestInertialNumber) {
-    batch.outcome = guard(
-        absl::StrCat("inertia: inertial number ", inertia, " in loading, limit ", kLargestInertialNumber),
-        "lower loading_velocity or axial_velocity");
-    return true;
-  }
-  if (axial_strain(state.specimen) <= kLargestLoadingStrain) return false;
-  batch.outcome =
-      guard(absl::StrCat("loading: axial strain ", kLargestLoadingStrain, " passed at ",
-                         state.specimen.walls.stress(2), " Pa axial stress, ",
-                         value_of(Target::Measure::kDeviatoricStress, state.specimen),
-                         " Pa deviatoric, target ", target_of(stage())->value),
-            "the specimen is too weak for this target: ask for less, or check limit_stress, d0 and the size "
-            "exponent");
-  return true;
 }
 
 bool Run::Impl::loading_sample_is_due() {
@@ -471,11 +414,7 @@ void Run::Impl::give_up_settling(Batch& batch) {
   const Cursor& cursor = state.cursor;
   const std::string where = cursor.holding ? absl::StrCat("dynamic stage ", cursor.dynamic_stage)
                                            : absl::StrCat(std::string(stage_name(stage())), " stage");
-  batch.outcome = guard(
-      absl::StrCat("settling: ", where, " not in equilibrium after ", cursor.stage_cycle,
-                   " cycles (unbalanced force ratio ", state.specimen.unbalanced_force_ratio,
-                   ", last off target or breaking ", cursor.stage_cycle - cursor.quiet_since, " cycles ago)"),
-      "raise minimum_cycles, or loosen unbalanced_tolerance or settle_tolerance");
+  batch.outcome = settling_stop(where, cursor, state.specimen);
 }
 
 void Run::Impl::end_dynamic_stage(Batch& batch, bool settled) {
