@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -92,6 +93,9 @@ absl::StatusOr<uid_t> user_id(const std::string& name) {
   return entry->pw_uid;
 }
 
+/// Of a number given as an option: more is a slip of the keyboard.
+constexpr std::int64_t kMost = std::int64_t{1} << 50;
+
 void set_defaults(Options& options) {
   std::error_code error;
   const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -118,14 +122,17 @@ void add_options(CLI::App& app, Options& options, creepd::TlsOptions& tls) {
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
   app.add_option("--memory", options.limits.memory,
-                 "Bytes for all running jobs together (default: 80 % of the machine)");
+                 "Bytes for all running jobs together (default: 80 % of the machine)")
+      ->check(CLI::Range(std::int64_t{0}, kMost));
   app.add_option("--stall-limit", options.supervisor.stall_limit,
                  "Seconds without progress after which a worker is killed and its job tried again")
       ->check(CLI::Range(1.0, 1e6))
       ->capture_default_str();
   app.add_option("--least-free", options.limits.least_free, "Bytes of free space below which no job is taken")
+      ->check(CLI::Range(std::int64_t{0}, kMost))
       ->capture_default_str();
   app.add_option("--max-jobs", options.limits.most_unfinished, "Most jobs that are not finished")
+      ->check(CLI::Range(std::int64_t{0}, kMost))
       ->capture_default_str();
   app.add_option("--listen", tls.address, "HOST:PORT to serve over TCP too, with certificates on both sides");
   app.add_option("--tls-cert", tls.certificate, "Certificate of this daemon (PEM)");

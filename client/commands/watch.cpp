@@ -140,8 +140,10 @@ void add_watch(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("watch", "Follows a job until it ends");
   auto options = std::make_shared<Options>();
   command->add_option("ID", options->id, "The job, or the beginning of its id")->required();
-  command->add_option("--after", options->after,
-                      "Begin after this sequence number, 0: from the first event (default: what is new)");
+  command
+      ->add_option("--after", options->after,
+                   "Begin after this sequence number, 0: from the first event (default: what is new)")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 50));
   command->add_flag("--json", options->json, "Print every event as a line of JSON");
   add_server_options(*command, options->server);
   command->footer(

@@ -134,6 +134,11 @@ expect_exit 5 creepctl submit "$job" --label Bad=1
 expect_exit 0 creepctl submit "$job" --validate-only
 expect_exit 2 creepctl submit "$job" --label none
 expect_exit 2 creepctl ls --limit -3
+expect_exit 2 creepctl watch "$id" --after -1
+for option in --memory --least-free --max-jobs --slots --stall-limit; do
+  expect_exit 2 "$bin/creepd" --state "$work/never" "$option" -1
+done
+[[ ! -e "$work/never" ]] || fail "a refused option left a state folder"
 expect_exit 2 creepctl ls --server nowhere
 expect_exit 2 creepctl wait "$id" --timeout soon
 expect_exit 5 creepctl fetch "$id" --out "$here"
