@@ -1,0 +1,251 @@
+#!/usr/bin/env python3
+"""Cost against error of the methods of the on-off scheme; question and reading in README.md.
+
+  study.py OUT --bin BIN [--seeds N...] [--particles N] [--into FOLDER]
+
+Packs each seed once, starts every method from that checkpoint, goes on where it was stopped, and writes runs.csv,
+table.md and cost_error.svg.
+"""
+import argparse
+import csv
+import math
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+
+sys.dont_write_bytecode = True  # the source folder stays as it is
+here = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(here.parent / "calibration"))
+import measures  # noqa: E402
+
+FAST = {"minimum_cycles": 1000, "drift_tolerance": 0.1}
+ALL = FAST | {"inertia_scaling": '"all"'}
+# The reference: half the step, one breakage a jump, every stage of full length and closer to equilibrium.
+METHODS = {
+    "reference": {"time_step_safety": 0.35, "breakages_per_ageing": 1, "settle_tolerance": 0.002,
+                  "unbalanced_tolerance": 1e-5},
+    "paper": {},
+    "cycles 50 000": {"minimum_cycles": 50000},
+    "cycles 10 000": {"minimum_cycles": 10000},
+    "cycles 3 000": {"minimum_cycles": 3000},
+    "drift 0.03": FAST | {"drift_tolerance": 0.03},
+    "drift 0.1": FAST,
+    "drift 0.3": FAST | {"drift_tolerance": 0.3},
+    "drift 0.1, step x 0.5": FAST | {"time_step_safety": 0.35},
+    "drift 0.1, step x 1.4": FAST | {"time_step_safety": 1.0},
+    "drift 0.1, damping 0.3": FAST | {"local_damping": 0.3},
+    "drift 0.1, damping 0.9": FAST | {"local_damping": 0.9},
+    "drift 0.1, checks every 10": FAST | {"failure_check_interval": 10},
+    "drift 0.1, loading 0.3 m/s": FAST | {"loading_velocity": '"0.3 m/s"'},
+    "fragments scaled": FAST | {"inertia_scaling": '"fragments"'},
+    "all scaled": ALL,
+    "all scaled, drift 0.3": ALL | {"drift_tolerance": 0.3},
+    "all scaled, n_age 1": ALL | {"breakages_per_ageing": 1},
+    "all scaled, n_age 8": ALL | {"breakages_per_ageing": 8},
+    "all scaled, n_age 20": ALL | {"breakages_per_ageing": 20},
+    "all scaled, adaptive 0.1": ALL | {"breakages_per_ageing": '"adaptive"', "ageing_error_tolerance": 0.1},
+    "all scaled, adaptive 0.3": ALL | {"breakages_per_ageing": '"adaptive"', "ageing_error_tolerance": 0.3},
+}
+# Column, meaning, and how far one seed lies from another is what an error is held against.
+QUANTITIES = {
+    "e_before": "void ratio before creep",
+    "strain_600": "creep strain at 600 s, %",
+    "strain_1e4": "creep strain at 1e4 s, %",
+    "strain_end": "creep strain at the end, %",
+    "rate_10_min": "rate at 10 min, %/min",
+    "m": "Singh-Mitchell slope",
+    "grading_index": "grading index at the end",
+    "jumps": "ageing jumps",
+    "ripple": "largest ripple, %",
+}
+T_95 = {1: 12.71, 2: 4.30, 3: 3.18, 4: 2.78, 5: 2.57, 6: 2.45, 7: 2.36, 8: 2.31, 9: 2.26}
+
+
+def packing_text(particles, seed):
+    return (f'[specimen]\nparticles = {particles}\ngrading = {{ preset = "fontainebleau-ne34" }}\nvoid_ratio = 0.65\n'
+            f'seed = {seed}\n[material]\npreset = "fontainebleau-ne34"\n[[program]]\nstage = "isotropic"\n'
+            'until = { mean_stress = "0.2 MPa" }\nkeep = {}\n[numerics]\nfidelity = "paper"\n')
+
+
+def method_text(trunk, settings):
+    numerics = "".join(f"{key} = {value}\n" for key, value in settings.items())
+    return (f'[start]\njob = "{trunk}"\ncheckpoint = "01_isotropic_end"\n[[program]]\nstage = "oedometric"\n'
+            'until = { axial_stress = "21.7 MPa" }\n[[program]]\nstage = "creep"\nduration = "2 d"\n'
+            f'[numerics]\nfidelity = "paper"\n{numerics}')
+
+
+def compute(options, name, text):
+    folder, job = options.out / name, options.out / f"{name}.toml"
+    if measures.is_done(folder):
+        return folder
+    job.write_text(text)
+    done = subprocess.run([options.bin / "creepctl", "run", job, "--out", folder, "--threads", "1"],
+                          stdout=subprocess.DEVNULL, check=False)
+    print(f"{name}: exit {done.returncode}", flush=True)
+    return folder
+
+
+def strain_at(stages, seconds):
+    """Of the hold, linear in ln(creep time) between the ends of dynamic stages [-]."""
+    zero = stages[0]["start_strain"]
+    # Where inertia is scaled, the first dynamic stage takes no creep time; it takes some ms otherwise.
+    ends = [(math.log(max(stage["creep_time_end_s"], 1e-3)), stage["axial_strain_end"] - zero) for stage in stages]
+    at = math.log(seconds)
+    for (t0, s0), (t1, s1) in zip(ends, ends[1:]):
+        if t0 <= at <= t1:
+            return s0 + (s1 - s0) * (at - t0) / (t1 - t0)
+    return ends[-1][1] if at > ends[-1][0] else ends[0][1]
+
+
+def row_of(options, method, seed, folder):
+    row = {"method": method, "seed": seed, "outcome": measures.status(folder)}
+    stages = measures.table(folder / "stages.csv")
+    hold = [stage for stage in stages if stage["dynamic_stage"] >= 0]
+    loaded = [stage for stage in stages if stage["dynamic_stage"] < 0]
+    if not hold or not loaded:
+        return row
+    hold[0]["start_strain"] = loaded[-1]["axial_strain_end"]
+    row["e_before"] = hold[0]["void_ratio_end"]
+    for name, seconds in (("strain_600", 600), ("strain_1e4", 1e4), ("strain_end", 172800)):
+        row[name] = 100 * strain_at(hold, seconds)
+    words = measures.report(folder, options.bin)
+    labels = {label.lower(): text for label, text in words.items()}
+    for name, wanted in (("m", "slope m"), ("rate_10_min", "rate at 10 min")):
+        for label, text in labels.items():
+            if wanted in label:
+                row[name] = measures.leading_number(text)
+    row["grading_index"] = hold[-1]["grading_index_end"]
+    row["jumps"] = len(hold) - 1
+    row["ripple"] = 100 * max((stage["ripple"] for stage in hold[1:]), default=0.0)
+    timings = measures.table(folder / "stage_timings.csv")
+    row["particle_steps"] = sum(stage["particle_steps"] for stage in timings)
+    row["seconds"] = sum(stage["wall_seconds"] for stage in timings)
+    return row
+
+
+def differences(rows, method, against, name):
+    of = {row["seed"]: row.get(name) for row in rows if row["method"] == against}
+    return [row[name] - of[row["seed"]] for row in rows if row["method"] == method
+            and row.get(name) is not None and of.get(row["seed"]) is not None]
+
+
+def spread(rows, name):
+    values = [row[name] for row in rows if row["method"] == "reference" and row.get(name) is not None]
+    return statistics.stdev(values) if len(values) > 1 else float("nan")
+
+
+def interval(values):
+    """Mean and half width of its 95 % interval."""
+    if len(values) < 2:
+        return float("nan"), float("nan")
+    return statistics.fmean(values), T_95.get(len(values) - 1, 2.0) * statistics.stdev(values) / math.sqrt(len(values))
+
+
+def cost(rows, method, name="particle_steps"):
+    values = [row[name] for row in rows if row["method"] == method and row.get(name)]
+    return math.exp(statistics.fmean(math.log(value) for value in values)) if values else None
+
+
+def worst(rows, method):
+    """Largest |mean difference| of strains and void ratio, in seed standard deviations; and whether all intervals of
+    all quantities lie within one."""
+    sizes, within = [], True
+    for name in QUANTITIES:
+        mean, half = interval(differences(rows, method, "reference", name))
+        deviation = spread(rows, name)
+        if name in ("e_before", "strain_600", "strain_1e4", "strain_end"):
+            sizes.append(abs(mean) / deviation)
+        within = within and abs(mean) + half <= deviation
+    return max(sizes), within
+
+
+def write_table(rows, path):
+    base = cost(rows, "paper")
+    lines = ["| method | cheaper than `paper` | " + " | ".join(QUANTITIES.values()) + " | all within one seed deviation |",
+             "|---" * (len(QUANTITIES) + 3) + "|"]
+    reference = [row for row in rows if row["method"] == "reference"]
+    cells = []
+    for name in QUANTITIES:
+        values = [row[name] for row in reference if row.get(name) is not None]
+        cells.append(f"{statistics.fmean(values):.4g} ({spread(rows, name):.2g})")
+    lines.append(f"| reference: mean (seed deviation) | {base / cost(rows, 'reference'):.2g} | " + " | ".join(cells) + " | |")
+    for method in METHODS:
+        if method == "reference" or cost(rows, method) is None:
+            continue
+        cells = []
+        for name in QUANTITIES:
+            mean, half = interval(differences(rows, method, "reference", name))
+            cells.append(f"{mean:+.2g} ± {half:.2g}")
+        _, within = worst(rows, method)
+        lines.append(f"| {method} | {base / cost(rows, method):.3g} | " + " | ".join(cells) + f" | {'yes' if within else 'no'} |")
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write_chart(rows, path):
+    points = [(cost(rows, method), max(worst(rows, method)[0], 1e-3), method) for method in METHODS
+              if method != "reference" and cost(rows, method)]
+    left, right = math.log10(min(p[0] for p in points)) - 0.1, math.log10(max(p[0] for p in points)) + 0.55
+    low, high = math.log10(min(p[1] for p in points)) - 0.15, max(0.2, math.log10(max(p[1] for p in points)) + 0.15)
+    x = lambda value: 80 + 800 * (math.log10(value) - left) / (right - left)
+    y = lambda value: 560 - 510 * (math.log10(value) - low) / (high - low)
+    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="920" height="640" font-family="DejaVu Sans, sans-serif" '
+             'font-size="12"><rect width="920" height="640" fill="white"/>',
+             '<rect x="80" y="50" width="800" height="510" fill="none" stroke="#444"/>']
+    for decade in range(math.ceil(left), math.floor(right) + 1):
+        parts.append(f'<line x1="{x(10**decade):.1f}" x2="{x(10**decade):.1f}" y1="50" y2="560" stroke="#ddd"/>'
+                     f'<text x="{x(10**decade):.1f}" y="580" text-anchor="middle">1e{decade}</text>')
+    for decade in range(math.ceil(low), math.floor(high) + 1):
+        parts.append(f'<line x1="80" x2="880" y1="{y(10**decade):.1f}" y2="{y(10**decade):.1f}" stroke="#ddd"/>'
+                     f'<text x="72" y="{y(10**decade) + 4:.1f}" text-anchor="end">{10.0**decade:g}</text>')
+    parts.append(f'<line x1="80" x2="880" y1="{y(1):.1f}" y2="{y(1):.1f}" stroke="#b00" stroke-dasharray="6 4"/>'
+                 f'<text x="874" y="{y(1) - 6:.1f}" text-anchor="end" fill="#b00">one seed standard deviation</text>')
+    front, best = [], float("inf")
+    for point in sorted(points):
+        if point[1] < best:
+            front.append(point)
+            best = point[1]
+    parts.append('<polyline fill="none" stroke="#069" stroke-width="1.5" points="'
+                 + " ".join(f"{x(c):.1f},{y(e):.1f}" for c, e, _ in front) + '"/>')
+    for c, e, method in points:
+        colour = "#c60" if method == "paper" else "#069" if (c, e, method) in front else "#888"
+        parts.append(f'<circle cx="{x(c):.1f}" cy="{y(e):.1f}" r="4" fill="{colour}"/>'
+                     f'<text x="{x(c) + 7:.1f}" y="{y(e) + 4:.1f}" fill="{colour}" font-size="10.5">{method}</text>')
+    parts.append('<text x="480" y="612" text-anchor="middle">cost: particle-steps of loading and two days of creep</text>'
+                 '<text x="24" y="305" text-anchor="middle" transform="rotate(-90 24 305)">error: largest mean deviation from '
+                 'the reference, in seed standard deviations</text>'
+                 '<text x="80" y="34" font-size="15">Cost against error: void ratio before creep, creep strain at 600 s, 1e4 s '
+                 'and 2 d</text></svg>')
+    path.write_text("\n".join(parts) + "\n")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("--bin", type=pathlib.Path, required=True, help="folder of creepctl and creep-worker")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3, 4, 5])
+    parser.add_argument("--particles", type=int, default=800)
+    parser.add_argument("--into", type=pathlib.Path, help="folder for table, csv and chart (default: OUT)")
+    options = parser.parse_args()
+    options.out, options.bin = options.out.resolve(), options.bin.resolve()
+    into = options.into or options.out
+    options.out.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for seed in options.seeds:
+        trunk = compute(options, f"trunk_{seed}", packing_text(options.particles, seed))
+        for method, settings in METHODS.items():
+            name = f"{re.sub('[^a-z0-9_.-]+', '_', method)}_{seed}"
+            rows.append(row_of(options, method, seed, compute(options, name, method_text(trunk, settings))))
+    columns = ["method", "seed", "outcome", *QUANTITIES, "particle_steps", "seconds"]
+    with open(into / "runs.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, columns, restval="", extrasaction="ignore", lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row.items()})
+    write_table(rows, into / "table.md")
+    write_chart(rows, into / "cost_error.svg")
+
+
+if __name__ == "__main__":
+    main()
