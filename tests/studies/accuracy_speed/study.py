@@ -110,12 +110,9 @@ def row_of(options, method, seed, folder):
     row["e_before"] = hold[0]["void_ratio_end"]
     for name, seconds in (("strain_600", 600), ("strain_1e4", 1e4), ("strain_end", 172800)):
         row[name] = 100 * strain_at(hold, seconds)
-    words = measures.report(folder, options.bin)
-    labels = {label.lower(): text for label, text in words.items()}
-    for name, wanted in (("m", "slope m"), ("rate_10_min", "rate at 10 min")):
-        for label, text in labels.items():
-            if wanted in label:
-                row[name] = measures.leading_number(text)
+    said = measures.report(folder, options.bin)
+    row["m"] = measures.leading_number(said.get("Singh-Mitchell m"))
+    row["rate_10_min"] = measures.leading_number(said.get("rate at 10 min"))
     row["grading_index"] = hold[-1]["grading_index_end"]
     row["jumps"] = len(hold) - 1
     row["ripple"] = 100 * max((stage["ripple"] for stage in hold[1:]), default=0.0)
