@@ -104,7 +104,7 @@ def row_of(options, method, seed, folder):
     stages = measures.table(folder / "stages.csv")
     hold = [stage for stage in stages if stage["dynamic_stage"] >= 0]
     loaded = [stage for stage in stages if stage["dynamic_stage"] < 0]
-    if not hold or not loaded:
+    if row["outcome"] != "completed" or not hold or not loaded:
         return row
     hold[0]["start_strain"] = loaded[-1]["axial_strain_end"]
     row["e_before"] = hold[0]["void_ratio_end"]
@@ -176,19 +176,21 @@ def write_table(rows, path):
             mean, half = interval(differences(rows, method, "reference", name))
             cells.append(f"{mean:+.2g} ± {half:.2g}")
         _, within = worst(rows, method)
-        lines.append(f"| {method} | {base / cost(rows, method):.3g} | " + " | ".join(cells) + f" | {'yes' if within else 'no'} |")
+        stopped = sum(row["method"] == method and row["outcome"] != "completed" for row in rows)
+        name = f"{method} ({stopped} runs stopped by a guard, left out)" if stopped else method
+        lines.append(f"| {name} | {base / cost(rows, method):.3g} | " + " | ".join(cells) + f" | {'yes' if within else 'no'} |")
     path.write_text("\n".join(lines) + "\n")
 
 
 def write_chart(rows, path):
     points = [(cost(rows, method), max(worst(rows, method)[0], 1e-3), method) for method in METHODS
-              if method != "reference" and cost(rows, method)]
-    left, right = math.log10(min(p[0] for p in points)) - 0.1, math.log10(max(p[0] for p in points)) + 0.55
+              if method != "reference" and cost(rows, method) and math.isfinite(worst(rows, method)[0])]
+    left, right = math.log10(min(p[0] for p in points)) - 0.1, math.log10(max(p[0] for p in points)) + 0.2
     low, high = math.log10(min(p[1] for p in points)) - 0.15, max(0.2, math.log10(max(p[1] for p in points)) + 0.15)
     x = lambda value: 80 + 800 * (math.log10(value) - left) / (right - left)
     y = lambda value: 560 - 510 * (math.log10(value) - low) / (high - low)
-    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="920" height="640" font-family="DejaVu Sans, sans-serif" '
-             'font-size="12"><rect width="920" height="640" fill="white"/>',
+    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="1130" height="640" font-family="DejaVu Sans, sans-serif" '
+             'font-size="12"><rect width="1130" height="640" fill="white"/>',
              '<rect x="80" y="50" width="800" height="510" fill="none" stroke="#444"/>']
     for decade in range(math.ceil(left), math.floor(right) + 1):
         parts.append(f'<line x1="{x(10**decade):.1f}" x2="{x(10**decade):.1f}" y1="50" y2="560" stroke="#ddd"/>'
@@ -205,10 +207,13 @@ def write_chart(rows, path):
             best = point[1]
     parts.append('<polyline fill="none" stroke="#069" stroke-width="1.5" points="'
                  + " ".join(f"{x(c):.1f},{y(e):.1f}" for c, e, _ in front) + '"/>')
-    for c, e, method in points:
-        colour = "#c60" if method == "paper" else "#069" if (c, e, method) in front else "#888"
+    # Numbers, with their names beside the chart: many points lie close together.
+    for place, (c, e, method) in enumerate(sorted(points), 1):
+        colour = "#c60" if method == "paper" else "#069" if (c, e, method) in front else "#777"
         parts.append(f'<circle cx="{x(c):.1f}" cy="{y(e):.1f}" r="4" fill="{colour}"/>'
-                     f'<text x="{x(c) + 7:.1f}" y="{y(e) + 4:.1f}" fill="{colour}" font-size="10.5">{method}</text>')
+                     f'<text x="{x(c):.1f}" y="{y(e) - 7 if place % 2 else y(e) + 16:.1f}" text-anchor="middle" '
+                     f'fill="{colour}" font-size="10.5">{place}</text>'
+                     f'<text x="900" y="{52 + 22 * place}" fill="{colour}">{place}  {method}</text>')
     parts.append('<text x="480" y="612" text-anchor="middle">cost: particle-steps of loading and two days of creep</text>'
                  '<text x="24" y="305" text-anchor="middle" transform="rotate(-90 24 305)">error: largest mean deviation from '
                  'the reference, in seed standard deviations</text>'
