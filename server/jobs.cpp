@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <system_error>
 #include <utility>
 
@@ -15,6 +14,7 @@
 #include "core/run/run.h"
 #include "server/refusal.h"
 #include "server/spec_check.h"
+#include "server/wall_clock.h"
 #include "server/worker/durable_file.h"
 
 namespace creepd {
@@ -24,12 +24,6 @@ constexpr std::size_t kMostLabels = 32;
 constexpr std::size_t kMostLabelValue = 256;
 constexpr std::size_t kMostRequestId = 128;
 constexpr int kMostPriority = 100;
-
-Moment now() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 /// Ten characters that cannot be taken for each other, 49 random bits.
 std::string new_id() {
@@ -162,7 +156,7 @@ absl::StatusOr<Jobs::Checked> Jobs::check_all(const Caller& caller, const Submis
   job.warnings = checked->warnings;
   job.experiment_hash = checked->experiment_hash;
   job.memory_estimate = checked->memory_estimate;
-  job.submitted = now();
+  job.submitted = wall_clock();
   return Checked{std::move(job), checked->specimen_hash, checked->start};
 }
 
@@ -325,7 +319,7 @@ absl::StatusOr<Job> Jobs::cancel(const Caller& caller, const std::string& id, bo
     job.state = JobState::kCancelled;
     job.reason = StateReason::kCancelledByUser;
     job.message = "cancelled";
-    job.ended = now();
+    job.ended = wall_clock();
     return absl::OkStatus();
   });
 }

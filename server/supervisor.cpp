@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/daemon_log.h"
 #include "server/job_files.h"
+#include "server/wall_clock.h"
 #include "server/worker/durable_file.h"
 #include "server/worker/job_directory.h"
 
@@ -30,12 +31,6 @@ constexpr milliseconds kTurn{200};          // while something runs
 constexpr milliseconds kIdleTurn{1000};     // back-offs end within it
 constexpr milliseconds kTelling{500};       // between two records of progress in the store
 constexpr milliseconds kStorageLook{2000};  // between two looks for room and for deletions that failed
-
-Moment now() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 /// Processes that the kernel has killed for memory since the machine started.
 std::uint64_t kills_for_memory() {
@@ -168,7 +163,7 @@ bool Supervisor::record_end(const std::string& id, Running& running) {
   const auto store = [&]() -> absl::StatusOr<Job> {
     if (absl::IsUnavailable(told)) return told;
     return store_.change(id, [&](Job& row) {
-      conclude(row, *running.end, now());
+      conclude(row, *running.end, wall_clock());
       return absl::OkStatus();
     });
   };
@@ -281,7 +276,7 @@ void Supervisor::resume_where_room() {
   if (!paused.ok()) return;
   for (const Job& job : *paused) {
     const fs::path folder = options_.jobs / job.id;
-    if (job.not_before > now()) continue;
+    if (job.not_before > wall_clock()) continue;
     if (free_bytes(folder) < needed_bytes(folder)) continue;
     const auto resumed = store_.change(job.id, [](Job& row) {
       if (row.state != JobState::kPaused || row.reason != StateReason::kDiskFull) return absl::OkStatus();
@@ -296,7 +291,7 @@ void Supervisor::resume_where_room() {
 
 void Supervisor::start_next() {
   while (static_cast<int>(running_.size()) < options_.slots) {
-    const auto next = store_.next_queued(now());
+    const auto next = store_.next_queued(wall_clock());
     if (!next.ok() || !*next) return;
     std::uint64_t memory = (*next)->memory_estimate;
     for (const auto& [id, running] : running_) memory += running.memory;
@@ -319,7 +314,7 @@ void Supervisor::start_attempt(const Job& queued) {
     ++row.attempts;
     row.lease_attempt = std::max(row.lease_attempt, lease_attempt(folder).value_or(0)) + 1;
     row.checkpoint = std::max(row.checkpoint, newest_checkpoint(folder));
-    if (!row.started) row.started = now();
+    if (!row.started) row.started = wall_clock();
     return absl::OkStatus();
   });
   if (!job.ok()) return;
@@ -372,7 +367,7 @@ absl::Status Supervisor::recover() {
     if (auto status = recover_running(job); !status.ok()) return status;
   }
   constexpr Moment kDay = std::int64_t{86400} * 1'000'000;
-  return store_.forget_requests_before(now() - 30 * kDay);
+  return store_.forget_requests_before(wall_clock() - 30 * kDay);
 }
 
 absl::Status Supervisor::finish_deletions() {
@@ -406,7 +401,7 @@ absl::Status Supervisor::recover_running(const Job& job) {
     AttemptEnd end = look_at(folder, row.lease_attempt);
     if (end.verdict) end.exit_code = end.verdict->exit_code;
     end.daemon_stopped = true;
-    conclude(row, end, now());
+    conclude(row, end, wall_clock());
     return absl::OkStatus();
   });
   if (!recovered.ok()) return recovered.status();

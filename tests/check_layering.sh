@@ -96,6 +96,7 @@ forbid 'core opens no file' '#\s*include\s+<(fstream|filesystem|fcntl\.h|unistd\
 # One door for each library whose results or formats we depend on.
 only_one 'toml++' '#[[:space:]]*include[[:space:]]+[<"]toml' "${ours[@]}"
 only_one 'Random123' '#[[:space:]]*include[[:space:]]+[<"]Random123' "${ours[@]}"
+only_one 'SQLite' '#[[:space:]]*include[[:space:]]+[<"]sqlite3' "${ours[@]}"
 
 # Determinism: elementary functions differ between C libraries, hash order and thread order between runs.
 mapfile -t state_path < <(files core/arithmetic core/dem core/physics core/run |

@@ -83,5 +83,10 @@ if "$check" "$tree" >/dev/null; then fail 'a second user of toml++ is not found'
 clean
 put core/physics/other.cpp '#include <Random123/threefry.h>'
 if "$check" "$tree" >/dev/null; then fail 'a second user of Random123 is not found'; fi
+clean
+put server/database.cpp '#include <sqlite3.h>'
+"$check" "$tree" >/dev/null || fail 'the one user of SQLite is refused'
+put server/jobs.cpp '#include <sqlite3.h>'
+if "$check" "$tree" >/dev/null; then fail 'a second user of SQLite is not found'; fi
 
-printf 'check_layering finds %d planted violations and both second doors\n' "$passed"
+printf 'check_layering finds %d planted violations and all second doors\n' "$passed"
