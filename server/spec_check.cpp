@@ -1,30 +1,22 @@
 #include "server/spec_check.h"
 
-#include <cmath>
-#include <numbers>
-
 #include "absl/strings/str_cat.h"
 #include "core/experiment/experiment_toml.h"
-#include "core/physics/grading.h"
+#include "core/physics/particle_count.h"
 #include "server/refusal.h"
 
 namespace creepd {
 namespace {
 
-/// Particles at the start.
-double particle_count(const creep::SpecimenSpec& specimen) {
-  if (specimen.particles) return static_cast<double>(*specimen.particles);
-  const double volume = std::pow(specimen.side.value_or(0.0), 3) / (1.0 + specimen.void_ratio);
-  return volume / (std::numbers::pi / 6.0 * creep::mean_cubed_diameter(specimen.grading));
-}
-
-/// The program itself, and for each particle its state, its neighbours, a checkpoint of both in the making
-/// and its fragments. Measured at their highest: 10 MB, and 0.8 KiB a particle while 46 000 are packed, 2.6
-/// KiB where 11 500 have been crushed to 25 000; the rest is for specimens that crush more.
-std::uint64_t memory_for(double particles) {
-  constexpr double kProgram = 48.0 * 1024 * 1024;
-  constexpr double kEachParticle = 8.0 * 1024;
-  return static_cast<std::uint64_t>(kProgram + kEachParticle * particles);
+/// Highest resident memory: the program itself; and for each particle its state, its neighbours, a checkpoint
+/// of both in the making and read back, and pictures of both where they are taken. Measured a particle
+/// present: up to 1.8 KiB, with pictures 2.4 KiB. The count of particles errs on the safe side, not this.
+std::uint64_t memory_for(const creep::Experiment& experiment) {
+  constexpr double kProgram = 12.0 * 1024 * 1024;
+  constexpr double kEachParticle = 1.8 * 1024;
+  constexpr double kEachPicture = 0.6 * 1024;
+  const double each = kEachParticle + (experiment.output.snapshots_per_decade ? kEachPicture : 0.0);
+  return static_cast<std::uint64_t>(kProgram + each * creep::crushed_particle_count(experiment));
 }
 
 absl::Status invalid(std::vector<Violation> violations) {
@@ -54,7 +46,7 @@ absl::StatusOr<CheckedSpec> check_spec(std::string_view text) {
     violations.push_back({place_of(error.line, error.column), error.message});
   }
   if (!violations.empty()) return invalid(std::move(violations));
-  const double particles = particle_count(parsed.experiment->specimen);
+  const double particles = creep::initial_particle_count(parsed.experiment->specimen);
   if (particles > static_cast<double>(kMostParticles)) {
     return invalid({{"spec", absl::StrCat("about ", static_cast<std::int64_t>(particles),
                                           " particles; at most ", kMostParticles, " are taken")}});
@@ -64,7 +56,7 @@ absl::StatusOr<CheckedSpec> check_spec(std::string_view text) {
   checked.experiment_hash = creep::experiment_hash(*parsed.experiment);
   checked.specimen_hash = creep::specimen_hash(*parsed.experiment);
   checked.start = parsed.experiment->start;
-  checked.memory_estimate = memory_for(particles);
+  checked.memory_estimate = memory_for(*parsed.experiment);
   for (const creep::Diagnostic& warning : parsed.warnings) {
     checked.warnings.push_back(absl::StrCat(warning.line, ":", warning.column, ": ", warning.message));
   }
