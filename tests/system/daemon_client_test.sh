@@ -109,6 +109,9 @@ expect_output "cancel it first"
 # The answer to a submission says where in the queue the job stands.
 waiting=$(creepctl submit "$job" --priority -5 --request-id waits --json)
 grep -qE '"queue_position": "?[1-9]' <<<"$waiting" || fail "no place in the queue: $waiting"
+forked=$(creepctl fork "$id" --priority -6 --request-id forks --json)
+grep -qE '"queue_position": "?[1-9]' <<<"$forked" || fail "no place in the queue for a fork: $forked"
+expect_exit 0 creepctl cancel "$(creepctl fork "$id" --priority -6 --request-id forks)"
 expect_exit 0 creepctl cancel "$(creepctl submit "$job" --priority -5 --request-id waits 2>/dev/null)"
 expect_exit 0 creepctl cancel "$cancelled"
 expect_exit 3 creepctl wait "$cancelled"
