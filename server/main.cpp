@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -85,7 +86,10 @@ std::uint64_t machine_memory() {
 
 absl::StatusOr<uid_t> user_id(const std::string& name) {
   if (!name.empty() && name.find_first_not_of("0123456789") == std::string::npos) {
-    return static_cast<uid_t>(std::strtoul(name.c_str(), nullptr, 10));
+    uid_t number = 0;
+    const auto parsed = std::from_chars(name.data(), name.data() + name.size(), number);
+    if (parsed.ec == std::errc() && number != static_cast<uid_t>(-1)) return number;
+    return absl::InvalidArgumentError(absl::StrCat("--allow-user: ", name, " is no number of a user"));
   }
   const passwd* const entry = ::getpwnam(name.c_str());
   if (entry == nullptr)

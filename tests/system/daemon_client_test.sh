@@ -141,6 +141,9 @@ expect_exit 2 creepctl watch "$id" --after -1
 for option in --memory --least-free --max-jobs --slots --stall-limit; do
   expect_exit 2 "$bin/creepd" --state "$work/never" "$option" -1
 done
+# More than 32 bits, which cut short would be another user, root here.
+expect_exit 2 "$bin/creepd" --state "$work/never" --allow-user 4294967296
+expect_exit 2 "$bin/creepd" --state "$work/never" --allow-user 4294967295
 [[ ! -e "$work/never" ]] || fail "a refused option left a state folder"
 expect_exit 2 creepctl ls --server nowhere
 expect_exit 2 creepctl wait "$id" --timeout soon
