@@ -36,6 +36,7 @@ preset = "@preset@"          # or "@other@"; each key below overrides it
 # roughness_n1 = 0.05                    # 0 to 10
 # roughness_n2 = 5.0                     # 0 to 100
 # wall_stiffness_factor = 1.0            # stiffness of a contact at a wall over one between grains; 0.1 to 10
+# wall_friction = 0.0                    # between a grain and a wall, once packed; 0 to 2
 # rotation = "blocked"                   # of the grains, as in the paper; or "free"
 # Strength
 # limit_stress = "3.75 GPa"              # mean, of a grain of the reference diameter; 1 MPa to 1000 GPa

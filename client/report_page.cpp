@@ -283,6 +283,7 @@ std::string readings_section(const JobResults& results) {
         {"mean strength σ_{lim0} at d_{0}", absl::StrFormat("%.4g GPa", used.limit_stress / 1e9)},
         {"roughness S_{q} of a pair", absl::StrFormat("%.4g µm", used.roughness * 1e6)},
         {"wall contact stiffness factor", absl::StrFormat("%.4g", used.wall_stiffness_factor)},
+        {"friction at the walls", absl::StrFormat("%.4g", used.wall_friction)},
         {"rotation of grains", used.free_rotation ? "free" : "blocked"},
         {"floor of the relative strength", absl::StrFormat("%.4g", used.strength_floor)},
         {"layout of the 14 fragments", layouts[static_cast<int>(used.split_layout)]},

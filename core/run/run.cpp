@@ -84,6 +84,7 @@ void Run::Impl::pack(Batch& batch) {
   cursor.initial_grading_index = grading_index(state.specimen, experiment.material);
   cursor.sides = Cursor::Sides::kHeld;
   cursor.target = cursor.radial_target = experiment.specimen.isotropic_stress;
+  let_walls_rub(state.specimen.particles, experiment.material);
   emit_sample(Phase::kPacking, batch);
   begin_program(batch);
 }

@@ -1,8 +1,11 @@
 // How a run begins, is left in a checkpoint, and begins again from one.
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/dem/measures.h"
 #include "core/dem/packing.h"
+#include "core/dem/particle_birth.h"
 #include "core/run/run_impl.h"
+#include "core/run/samples.h"
 
 namespace creep {
 namespace {
@@ -59,6 +62,7 @@ absl::StatusOr<std::unique_ptr<Run>> Run::start_from(const Experiment& experimen
   if (particles.spin.empty() == experiment.material.free_rotation) {  // set free or blocked from here on
     particles.spin.assign(experiment.material.free_rotation ? particles.size() : 0, Spin{});
   }
+  let_walls_rub(particles, experiment.material);
   state.packing = source->packing;
   const Cursor& before = source->cursor;
   state.cursor.act = Cursor::Act::kStart;
@@ -114,6 +118,11 @@ absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, c
   if (state->specimen.particles.spin.empty() == experiment.material.free_rotation) {
     return absl::DataLossError(
         "this checkpoint has no spins where the experiment has, or the other way round");
+  }
+  const bool rubs = experiment.material.wall_friction > 0.0 && state->cursor.act != Cursor::Act::kPacking;
+  if (state->specimen.particles.wall_shear.empty() == rubs) {
+    return absl::DataLossError(
+        "this checkpoint has no friction at walls where the experiment has, or the other way round");
   }
   if (!stands_in(experiment.program, state->cursor)) {
     return absl::DataLossError("this checkpoint does not stand in the program of its experiment");

@@ -58,6 +58,7 @@ roughness = "0 um"
 roughness_n1 = 0.06
 roughness_n2 = 6
 wall_stiffness_factor = 2
+wall_friction = 0.25
 rotation = "free"
 limit_stress = "4 GPa"
 reference_diameter = "1.5 mm"
@@ -115,6 +116,7 @@ snapshots = "per decade of age"
   EXPECT_EQ(material.roughness_n1, 0.06);
   EXPECT_EQ(material.roughness_n2, 6.0);
   EXPECT_EQ(material.wall_stiffness_factor, 2.0);
+  EXPECT_EQ(material.wall_friction, 0.25);
   EXPECT_TRUE(material.free_rotation);
   EXPECT_EQ(material.limit_stress, 4e9);
   EXPECT_EQ(material.reference_diameter, 1.5e-3);
@@ -341,6 +343,7 @@ TEST(ExperimentHash, every_field_that_can_change_a_result_changes_it) {
       [](Experiment& e) { e.material.roughness_n1 *= 2; },
       [](Experiment& e) { e.material.roughness_n2 *= 2; },
       [](Experiment& e) { e.material.wall_stiffness_factor *= 2; },
+      [](Experiment& e) { e.material.wall_friction += 0.1; },
       [](Experiment& e) { e.material.free_rotation = true; },
       [](Experiment& e) { e.material.limit_stress *= 2; },
       [](Experiment& e) { e.material.reference_diameter *= 2; },
