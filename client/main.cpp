@@ -17,6 +17,7 @@
 #include "client/commands/logs.h"
 #include "client/commands/ls.h"
 #include "client/commands/pause.h"
+#include "client/commands/plan.h"
 #include "client/commands/plot.h"
 #include "client/commands/report.h"
 #include "client/commands/resume.h"
@@ -93,6 +94,7 @@ int main(int argument_count, char** arguments) {
   creepctl::add_logs(app, exit_code);
   creepctl::add_ls(app, exit_code);
   creepctl::add_pause(app, exit_code);
+  creepctl::add_plan(app, exit_code);
   creepctl::add_plot(app, exit_code);
   creepctl::add_report(app, exit_code);
   creepctl::add_resume(app, exit_code);
