@@ -8,6 +8,7 @@
 
 #include "client/commands/cancel.h"
 #include "client/commands/checkpoint_show.h"
+#include "client/commands/compare.h"
 #include "client/commands/completion.h"
 #include "client/commands/delete.h"
 #include "client/commands/doctor.h"
@@ -85,6 +86,7 @@ int main(int argument_count, char** arguments) {
   int exit_code = creepctl::kOk;
   creepctl::add_cancel(app, exit_code);
   creepctl::add_checkpoint(app, exit_code);
+  creepctl::add_compare(app, exit_code);
   creepctl::add_completion(app, exit_code);
   creepctl::add_delete(app, exit_code);
   creepctl::add_doctor(app, exit_code);
