@@ -62,6 +62,9 @@ METHODS = {
     "all scaled, loading 1 m/s, I < 0.003, cycles 300, adaptive 0.3":
         ALL | SWIFT | {"minimum_cycles": 300, "breakages_per_ageing": '"adaptive"', "ageing_error_tolerance": 0.3},
 }
+# What a job file calls a method (core/experiment/fidelity.cpp).
+FIDELITIES = {"all scaled, loading 1 m/s, I < 0.003, cycles 300, n_age 1": "balanced",
+              "all scaled, loading 1 m/s, I < 0.003, cycles 300": "fast"}
 # Column, meaning, and how far one seed lies from another is what an error is held against.
 QUANTITIES = {
     "e_before": "void ratio before creep",
@@ -192,6 +195,10 @@ def stated_error(rows, method):
     return 100 * max(ends)
 
 
+def label(method):
+    return f"{FIDELITIES[method]}: {method}" if method in FIDELITIES else method
+
+
 def write_table(rows, path):
     base, reference = cost(rows, "paper"), reference_of(rows)
     lines = ["| method | cheaper than `paper` | " + " | ".join(QUANTITIES.values())
@@ -209,7 +216,7 @@ def write_table(rows, path):
             cells.append(f"{mean:+.2g} ± {half:.2g}")
         _, within = worst(rows, method)
         stopped = sum(row["method"] == method and row["outcome"] != "completed" for row in rows)
-        name = f"{method} ({stopped} runs stopped by a guard, left out)" if stopped else method
+        name = f"{label(method)} ({stopped} runs stopped by a guard, left out)" if stopped else label(method)
         lines.append(f"| {name} | {base / cost(rows, method):.3g} | " + " | ".join(cells)
                      + f" | {'yes' if within else 'no'} | {stated_error(rows, method):.2g} |")
     path.write_text("\n".join(lines) + "\n")
@@ -222,8 +229,8 @@ def write_chart(rows, path):
     low, high = math.log10(min(p[1] for p in points)) - 0.15, max(0.2, math.log10(max(p[1] for p in points)) + 0.15)
     x = lambda value: 80 + 800 * (math.log10(value) - left) / (right - left)
     y = lambda value: 560 - 510 * (math.log10(value) - low) / (high - low)
-    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="1130" height="640" font-family="DejaVu Sans, sans-serif" '
-             'font-size="12"><rect width="1130" height="640" fill="white"/>',
+    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="1330" height="640" font-family="DejaVu Sans, sans-serif" '
+             'font-size="12"><rect width="1330" height="640" fill="white"/>',
              '<rect x="80" y="50" width="800" height="510" fill="none" stroke="#444"/>']
     for decade in range(math.ceil(left), math.floor(right) + 1):
         parts.append(f'<line x1="{x(10**decade):.1f}" x2="{x(10**decade):.1f}" y1="50" y2="560" stroke="#ddd"/>'
@@ -242,11 +249,11 @@ def write_chart(rows, path):
                  + " ".join(f"{x(c):.1f},{y(e):.1f}" for c, e, _ in front) + '"/>')
     # Numbers, with their names beside the chart: many points lie close together.
     for place, (c, e, method) in enumerate(sorted(points), 1):
-        colour = "#c60" if method == "paper" else "#069" if (c, e, method) in front else "#777"
+        colour = "#c60" if method == "paper" or method in FIDELITIES else "#069" if (c, e, method) in front else "#777"
         parts.append(f'<circle cx="{x(c):.1f}" cy="{y(e):.1f}" r="4" fill="{colour}"/>'
                      f'<text x="{x(c):.1f}" y="{y(e) - 7 if place % 2 else y(e) + 16:.1f}" text-anchor="middle" '
                      f'fill="{colour}" font-size="10.5">{place}</text>'
-                     f'<text x="900" y="{52 + 22 * place}" fill="{colour}">{place}  {method}</text>')
+                     f'<text x="900" y="{46 + 19 * place}" fill="{colour}">{place}  {label(method).replace("<", "&lt;")}</text>')
     parts.append('<text x="480" y="612" text-anchor="middle">cost: particle-steps of loading and two days of creep</text>'
                  '<text x="24" y="305" text-anchor="middle" transform="rotate(-90 24 305)">error: largest mean deviation from '
                  'the '
