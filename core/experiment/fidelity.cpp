@@ -10,12 +10,13 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kNames = {"reference", "paper", "balanced", "fast"};
 
-// In the order of kNames.
+// In the order of kNames. The reference was not run at this size: its error is that of what stands in for it
+// at 800 particles, its speed follows from the stages that this counted, at the length of the paper's.
 constexpr std::array<FidelityMeasure, kNames.size()> kMeasures = {{
-    {.error = 0.014, .speed = 0.1},
-    {.error = 0.19, .speed = 1.0},
-    {.error = 0.15, .speed = 30.0},
-    {.error = 0.20, .speed = 140.0},
+    {.error = 0.014, .speed = 0.14},
+    {.error = 0.22, .speed = 1.0},
+    {.error = 0.045, .speed = 30.6},
+    {.error = 0.17, .speed = 139.0},
 }};
 
 /// Every stage of full length, half the step, one failure a jump, closer to equilibrium.
