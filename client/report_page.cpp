@@ -8,6 +8,7 @@
 #include "absl/strings/str_replace.h"
 #include "client/html.h"
 #include "client/result_charts.h"
+#include "core/experiment/numerics_text.h"
 #include "core/experiment/stage_text.h"
 
 namespace creepctl {
@@ -55,6 +56,7 @@ std::string header(const JobResults& results) {
     rows.push_back({"material preset", asked.material.preset});
     rows.push_back({"fidelity", absl::StrFormat("%s, at least %d cycles a dynamic stage",
                                                 asked.numerics.fidelity, asked.numerics.minimum_cycles)});
+    rows.push_back({"numerics", creep::numerics_text(asked.numerics)});
   }
   const auto text_row = [&](const char* label, const char* name) {
     if (const std::string text = results.text(name); !text.empty()) rows.push_back({label, text});

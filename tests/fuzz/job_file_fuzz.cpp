@@ -80,6 +80,7 @@ std::vector<std::string> seeds() {
       "[specimen]\nparticles = 30\ngrading = { file = \"psd.csv\" }\n" + program,
       "specimen = { particles = 300, grading = { preset = \"fontainebleau-ne34\" } }\n"
       "program = [ { stage = 'oedometric', until.axial_stress = '''5 MPa''' } ]\n",
+      specimen + program + "[numerics]\nfidelity = { error = 0.5 }\ndrift_tolerance = \"none\"\n",
       specimen + "[[program]]\nstage = \"oedometrik\"\nuntil = { axial_stress = \"21,7 MPa\" }\n",
   };
 }
