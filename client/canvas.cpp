@@ -108,10 +108,10 @@ double Canvas::text_width(std::string_view text, double size, bool bold) {
   return run_text(text, size, bold, false);
 }
 
-void Canvas::text(Point at, std::string_view text, double size, Align align, Color color, bool bold) {
-  const double width = align == Align::kLeft ? 0.0 : text_width(text, size, bold);
+void Canvas::text(Point at, std::string_view text, double size, TextAlign align, Color color, bool bold) {
+  const double width = align == TextAlign::kLeft ? 0.0 : text_width(text, size, bold);
   cairo_set_source_rgb(context_, color.red, color.green, color.blue);
-  cairo_move_to(context_, at.x - (align == Align::kRight ? width : 0.5 * width), at.y);
+  cairo_move_to(context_, at.x - (align == TextAlign::kRight ? width : 0.5 * width), at.y);
   run_text(text, size, bold, true);
   cairo_new_path(context_);
 }
@@ -120,7 +120,7 @@ void Canvas::upward_text(Point at, std::string_view text, double size, Color col
   cairo_save(context_);
   cairo_translate(context_, at.x, at.y);
   cairo_rotate(context_, -0.5 * std::numbers::pi);
-  this->text({0.0, 0.35 * size}, text, size, Align::kCentre, color);
+  this->text({0.0, 0.35 * size}, text, size, TextAlign::kCentre, color);
   cairo_restore(context_);
 }
 

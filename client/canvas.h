@@ -21,7 +21,7 @@ struct Point {
   double y = 0.0;
 };
 
-enum class Align { kLeft, kCentre, kRight };
+enum class TextAlign { kLeft, kCentre, kRight };
 enum class Dash { kSolid, kDashed, kDotted };
 enum class Marker { kNone, kCircle, kSquare, kDiamond, kStar };
 
@@ -36,7 +36,7 @@ class Canvas {
   void marker(Point at, Marker marker, double radius, Color fill);
 
   /// Text with raised "^{...}" and lowered "_{...}" parts; `at` is on the baseline.
-  void text(Point at, std::string_view text, double size, Align align, Color color, bool bold = false);
+  void text(Point at, std::string_view text, double size, TextAlign align, Color color, bool bold = false);
   /// The same turned to read upwards, centred on `at`.
   void upward_text(Point at, std::string_view text, double size, Color color);
   double text_width(std::string_view text, double size, bool bold = false);

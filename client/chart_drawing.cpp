@@ -75,23 +75,23 @@ void draw_axes(Canvas& canvas, const Chart& chart, const Layout& placed) {
   for (const Tick& tick : placed.x_ticks) {
     const double x = x_at(chart, placed, tick.value);
     canvas.line({{x, bottom}, {x, bottom + (tick.major ? 6.0 : 3.5)}}, kInk, 1.0, Dash::kSolid);
-    canvas.text({x, bottom + 21.0}, tick.label, kTextSize, Align::kCentre, kInk);
+    canvas.text({x, bottom + 21.0}, tick.label, kTextSize, TextAlign::kCentre, kInk);
   }
   for (const Tick& tick : placed.y_ticks) {
     const double y = y_at(chart, placed, tick.value);
     canvas.line({{plot.x - (tick.major ? 6.0 : 3.5), y}, {plot.x, y}}, kInk, 1.0, Dash::kSolid);
-    canvas.text({plot.x - 9.0, y + 4.5}, tick.label, kTextSize, Align::kRight, kInk);
+    canvas.text({plot.x - 9.0, y + 4.5}, tick.label, kTextSize, TextAlign::kRight, kInk);
   }
   for (const Landmark& landmark : chart.landmarks) {
     const double x = x_at(chart, placed, landmark.x);
     if (x < plot.x - 0.5 || x > right + 0.5) continue;
     canvas.line({{x, plot.y - 5.0}, {x, plot.y}}, kMuted, 1.0, Dash::kSolid);
-    canvas.text({x, plot.y - 9.0}, landmark.label, kSmallSize, Align::kCentre, kMuted);
+    canvas.text({x, plot.y - 9.0}, landmark.label, kSmallSize, TextAlign::kCentre, kMuted);
   }
   canvas.text({plot.x + 0.5 * plot.width, kChartHeight - 18.0}, chart.x.title, kTextSize + 1.0,
-              Align::kCentre, kInk);
+              TextAlign::kCentre, kInk);
   canvas.upward_text({20.0, plot.y + 0.5 * plot.height}, chart.y.title, kTextSize + 1.0, kInk);
-  canvas.text({plot.x, 28.0}, chart.title, kTitleSize, Align::kLeft, kInk, true);
+  canvas.text({plot.x, 28.0}, chart.title, kTitleSize, TextAlign::kLeft, kInk, true);
 }
 
 void draw_bars(Canvas& canvas, const Chart& chart, const Layout& placed, std::size_t index) {
@@ -132,7 +132,7 @@ void draw_point_labels(Canvas& canvas, const Layout& placed, const Series& serie
     };
     if (std::any_of(taken.begin(), taken.end(), touches)) continue;
     taken.push_back(box);
-    canvas.text(at, label, kSmallSize, Align::kLeft, kInk);
+    canvas.text(at, label, kSmallSize, TextAlign::kLeft, kInk);
   }
 }
 
@@ -177,16 +177,16 @@ void draw_legend(Canvas& canvas, const Chart& chart, const Layout& placed) {
   for (const Series& series : chart.series) {
     if (series.label.empty()) continue;
     draw_legend_key(canvas, series, x, y - 4.0);
-    canvas.text({x + kLegendKey, y}, series.label, kSmallSize, Align::kLeft, kInk);
+    canvas.text({x + kLegendKey, y}, series.label, kSmallSize, TextAlign::kLeft, kInk);
     y += kLegendRow;
   }
   for (const LevelLine& level : chart.levels) {
     canvas.line({{x, y - 4.0}, {x + 26.0, y - 4.0}}, color_of(Hue::kVermilion), 1.4, Dash::kDashed);
-    canvas.text({x + kLegendKey, y}, level.label, kSmallSize, Align::kLeft, kInk);
+    canvas.text({x + kLegendKey, y}, level.label, kSmallSize, TextAlign::kLeft, kInk);
     y += kLegendRow;
   }
   for (const std::string& note : chart.notes) {
-    canvas.text({x, y}, note, kSmallSize, Align::kLeft, kInk);
+    canvas.text({x, y}, note, kSmallSize, TextAlign::kLeft, kInk);
     y += kLegendRow;
   }
 }

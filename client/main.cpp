@@ -8,6 +8,7 @@
 
 #include "client/commands/cancel.h"
 #include "client/commands/checkpoint_show.h"
+#include "client/commands/compare.h"
 #include "client/commands/completion.h"
 #include "client/commands/delete.h"
 #include "client/commands/doctor.h"
@@ -17,6 +18,7 @@
 #include "client/commands/logs.h"
 #include "client/commands/ls.h"
 #include "client/commands/pause.h"
+#include "client/commands/plan.h"
 #include "client/commands/plot.h"
 #include "client/commands/report.h"
 #include "client/commands/resume.h"
@@ -84,6 +86,7 @@ int main(int argument_count, char** arguments) {
   int exit_code = creepctl::kOk;
   creepctl::add_cancel(app, exit_code);
   creepctl::add_checkpoint(app, exit_code);
+  creepctl::add_compare(app, exit_code);
   creepctl::add_completion(app, exit_code);
   creepctl::add_delete(app, exit_code);
   creepctl::add_doctor(app, exit_code);
@@ -93,6 +96,7 @@ int main(int argument_count, char** arguments) {
   creepctl::add_logs(app, exit_code);
   creepctl::add_ls(app, exit_code);
   creepctl::add_pause(app, exit_code);
+  creepctl::add_plan(app, exit_code);
   creepctl::add_plot(app, exit_code);
   creepctl::add_report(app, exit_code);
   creepctl::add_resume(app, exit_code);

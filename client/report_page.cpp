@@ -8,6 +8,7 @@
 #include "absl/strings/str_replace.h"
 #include "client/html.h"
 #include "client/result_charts.h"
+#include "core/experiment/numerics_text.h"
 #include "core/experiment/stage_text.h"
 
 namespace creepctl {
@@ -55,6 +56,7 @@ std::string header(const JobResults& results) {
     rows.push_back({"material preset", asked.material.preset});
     rows.push_back({"fidelity", absl::StrFormat("%s, at least %d cycles a dynamic stage",
                                                 asked.numerics.fidelity, asked.numerics.minimum_cycles)});
+    rows.push_back({"numerics", creep::numerics_text(asked.numerics)});
   }
   const auto text_row = [&](const char* label, const char* name) {
     if (const std::string text = results.text(name); !text.empty()) rows.push_back({label, text});
@@ -283,6 +285,7 @@ std::string readings_section(const JobResults& results) {
         {"mean strength σ_{lim0} at d_{0}", absl::StrFormat("%.4g GPa", used.limit_stress / 1e9)},
         {"roughness S_{q} of a pair", absl::StrFormat("%.4g µm", used.roughness * 1e6)},
         {"wall contact stiffness factor", absl::StrFormat("%.4g", used.wall_stiffness_factor)},
+        {"friction at the walls", absl::StrFormat("%.4g", used.wall_friction)},
         {"rotation of grains", used.free_rotation ? "free" : "blocked"},
         {"floor of the relative strength", absl::StrFormat("%.4g", used.strength_floor)},
         {"layout of the 14 fragments", layouts[static_cast<int>(used.split_layout)]},

@@ -54,11 +54,15 @@ std::string progress_text(const fs::path& folder) {
   return text.ok() ? *text : std::string();
 }
 
+/// Whether the file system has room for an attempt. Its folder need not be there: a power cut may have taken
+/// it, and the attempt makes it anew.
+bool has_room(const fs::path& folder) { return free_bytes(folder.parent_path()) >= needed_bytes(folder); }
+
 /// What a job folder says about an attempt that has ended.
 AttemptEnd look_at(const fs::path& folder, std::int64_t attempt) {
   AttemptEnd end;
   if (verdict_attempt(folder) == attempt) end.verdict = read_verdict(JobDirectory(folder).verdict());
-  end.disk_full = free_bytes(folder) < needed_bytes(folder);
+  end.disk_full = !has_room(folder);
   end.checkpoint = newest_checkpoint(folder);
   end.state_digest = state_digest(folder);
   end.log_tail = log_tail(folder);
@@ -275,9 +279,7 @@ void Supervisor::resume_where_room() {
   const auto paused = store_.paused(StateReason::kDiskFull);
   if (!paused.ok()) return;
   for (const Job& job : *paused) {
-    const fs::path folder = options_.jobs / job.id;
-    if (job.not_before > wall_clock()) continue;
-    if (free_bytes(folder) < needed_bytes(folder)) continue;
+    if (job.not_before > wall_clock() || !has_room(options_.jobs / job.id)) continue;
     const auto resumed = store_.change(job.id, [](Job& row) {
       if (row.state != JobState::kPaused || row.reason != StateReason::kDiskFull) return absl::OkStatus();
       row.state = JobState::kQueued;
@@ -296,9 +298,8 @@ void Supervisor::start_next() {
     std::uint64_t memory = (*next)->memory_estimate;
     for (const auto& [id, running] : running_) memory += running.memory;
     if (memory > options_.memory_limit && !running_.empty()) return;
-    const fs::path folder = options_.jobs / (*next)->id;
     // On a full disk it would soon fail, and use up the reserve that its end needs.
-    if (!store_.restore_reserve() || free_bytes(folder) < needed_bytes(folder)) return;
+    if (!store_.restore_reserve() || !has_room(options_.jobs / (*next)->id)) return;
     start_attempt(**next);
   }
 }

@@ -2,11 +2,10 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 
-#include "absl/strings/str_cat.h"
+#include "client/chart_files.h"
 #include "client/exit_codes.h"
 #include "client/result_charts.h"
 
@@ -24,27 +23,6 @@ int fail(const absl::Status& status, int exit_code) {
   return exit_code;
 }
 
-absl::Status write_file(const std::filesystem::path& path, const std::string& bytes) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) return absl::UnavailableError(absl::StrCat("cannot write ", path.string()));
-  std::printf("%s\n", path.c_str());
-  return absl::OkStatus();
-}
-
-absl::Status write_chart(const std::filesystem::path& out, const std::string& format,
-                         const NamedChart& named) {
-  if (format != "png") {
-    const auto written = write_file(out / (named.file_stem + ".svg"), draw_svg(named.chart, ""));
-    if (!written.ok()) return written;
-  }
-  if (format == "svg") return absl::OkStatus();
-  const auto png = draw_png(named.chart);
-  if (!png.ok()) return png.status();
-  return write_file(out / (named.file_stem + ".png"), *png);
-}
-
 int plot(const PlotOptions& options) {
   const auto results = read_job_results(options.directory);
   if (!results.ok()) return fail(results.status(), kInvalidInput);
@@ -56,17 +34,8 @@ int plot(const PlotOptions& options) {
   }
   const std::filesystem::path out =
       options.out.empty() ? results->directory / "plots" : std::filesystem::path(options.out);
-  std::error_code error;
-  std::filesystem::create_directories(out, error);
-  if (error) {
-    return fail(absl::UnavailableError(absl::StrCat("cannot make ", out.string(), ": ", error.message())),
-                kIoError);
-  }
-  for (const NamedChart& chart : charts) {
-    const auto written = write_chart(out, options.format, chart);
-    if (!written.ok()) return fail(written, kIoError);
-  }
-  return kOk;
+  const absl::Status written = write_charts(out, options.format, charts);
+  return written.ok() ? kOk : fail(written, kIoError);
 }
 
 }  // namespace

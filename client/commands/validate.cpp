@@ -6,6 +6,7 @@
 
 #include "client/exit_codes.h"
 #include "client/job_file.h"
+#include "core/experiment/numerics_text.h"
 #include "core/experiment/stage_text.h"
 #include "core/experiment/units.h"
 
@@ -49,6 +50,10 @@ void print_json(const JobFile& job) {
   if (job.experiment) {
     value["summary"] = summary(*job.experiment);
     value["experiment_hash"] = creep::experiment_hash(*job.experiment);
+    value["numerics"] = nlohmann::ordered_json::object();
+    for (const creep::NumericsValue& at : creep::numerics_values(job.experiment->numerics)) {
+      value["numerics"][std::string(at.key)] = nlohmann::ordered_json::parse(at.value);
+    }
   }
   // Bytes of a path or message that are no UTF-8 are replaced, not thrown at the user.
   std::printf("%s\n", value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
@@ -60,7 +65,10 @@ int validate(const std::string& path, bool json) {
     print_json(job);
   } else {
     print_diagnostics(job);
-    if (job.experiment) std::printf("%s: valid: %s\n", path.c_str(), summary(*job.experiment).c_str());
+    if (job.experiment) {
+      std::printf("%s: valid: %s\n", path.c_str(), summary(*job.experiment).c_str());
+      std::printf("%s: numerics: %s\n", path.c_str(), creep::numerics_text(job.experiment->numerics).c_str());
+    }
   }
   return job.experiment ? kOk : kInvalidInput;
 }

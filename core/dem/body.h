@@ -20,6 +20,12 @@ struct alignas(32) Spin {
   double x, y, z, unused;
 };
 
+/// Tangential force of a wall on a particle [N]: of the walls across axis a along the axes a+1 and a+2, in
+/// turn. A particle never touches both walls of an axis: no box is that thin.
+struct WallShear {
+  double across[3][2];
+};
+
 /// Force of one contact on its first particle [N], with the contact's normal stiffness [N/m] beside it.
 struct alignas(32) ContactForce {
   double x, y, z, stiffness;

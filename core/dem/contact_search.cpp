@@ -16,6 +16,13 @@ int clamp_cell(double coordinate, int cells) {
   return std::clamp(static_cast<int>(std::floor(bounded)), 0, cells - 1);
 }
 
+/// The particle kernel, which ends the contacts with walls, does not come by those that are far off.
+void forget_far_walls(WallShear& shear, unsigned near) {
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if ((near >> (2 * axis) & 3u) == 0) shear.across[axis][0] = shear.across[axis][1] = 0.0;
+  }
+}
+
 }  // namespace
 
 void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std::int32_t>* new_index) {
@@ -59,6 +66,7 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
       }
     }
     contacts.near_walls[i] = near;
+    if (!specimen.particles.wall_shear.empty()) forget_far_walls(specimen.particles.wall_shear[i], near);
     if (near != 0 || contacts.shared[i] != 0) contacts.special.push_back(static_cast<std::int32_t>(i));
     contacts.reference[i] = {body.x, body.y, body.z, reach_[i] * reach_[i]};
   }

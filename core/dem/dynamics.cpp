@@ -127,7 +127,14 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
     phase.breaking = breaking_at_walls_.data();
   }
   std::copy(specimen.walls.position.begin(), specimen.walls.position.end(), phase.wall_position);
+  if (!particles.wall_shear.empty()) {
+    phase.wall_shear = particles.wall_shear.data();
+    phase.spin = contact_phase.spin;
+  }
   phase.law = contact_phase.law;
+  phase.wall_friction = experiment_.material.wall_friction;
+  phase.tangential_ratio = contact_phase.tangential_ratio;
+  phase.last_drift = contact_phase.drift;
   phase.wall_modulus = model_.wall_modulus;
   phase.local_damping = experiment_.numerics.local_damping;
   phase.kick = kick;
@@ -160,6 +167,8 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
       total.particles.wall_force[w] += p.wall_force[w];
       total.particles.wall_stiffness[w] += p.wall_stiffness[w];
     }
+    total.particles.tangential_work += p.tangential_work;
+    total.particles.friction += p.friction;
     total.particles.damping += p.damping;
     total.particles.list_ends = total.particles.list_ends || p.list_ends;
     total.particles.resultant += p.resultant;
@@ -184,8 +193,8 @@ void Dynamics::turn_particles(Specimen& specimen, double kick) {
 
 void Dynamics::book(Specimen& specimen, const Sums& sums, CycleKind kind) const {
   EnergyLedger& energy = specimen.energy;
-  energy.tangential_work.add_quanta(sums.contacts.tangential_work);
-  energy.friction.add_quanta(sums.contacts.friction);
+  energy.tangential_work.add_quanta(sums.contacts.tangential_work + sums.particles.tangential_work);
+  energy.friction.add_quanta(sums.contacts.friction + sums.particles.friction);
   energy.damping.add_quanta(sums.particles.damping);
   Walls& walls = specimen.walls;
   for (std::size_t w = 0; w < 6; ++w) {

@@ -88,18 +88,25 @@ struct ParticlePhase {
   double* mobilised_stress = nullptr;
   double* breaking =
       nullptr;  ///< set to sigma_mob/sigma_lim > 1 where a particle breaks at a wall; checking cycles
+  WallShear* wall_shear = nullptr;  ///< nullptr: walls are frictionless, and that costs nothing
+  const Spin* spin = nullptr;       ///< as in ContactPhase; read where walls rub
   double wall_position[6] = {};
   LawView law;
-  double wall_modulus = 0.0;     ///< E' at walls [Pa]
-  double local_damping = 0.0;    ///< alpha [-]
-  double kick = 0.0;             ///< step of the velocity [s]
-  double drift = 0.0;            ///< step of the position [s]
-  double floor_stiffness = 0.0;  ///< stiffness over sqrt(radius) of a particle without contact [N/m^1.5]
+  double wall_friction = 0.0;     ///< mu at walls [-]
+  double tangential_ratio = 0.0;  ///< kt/kn [-]
+  double last_drift = 0.0;        ///< step between the last positions and these [s]
+  double wall_modulus = 0.0;      ///< E' at walls [Pa]
+  double local_damping = 0.0;     ///< alpha [-]
+  double kick = 0.0;              ///< step of the velocity [s]
+  double drift = 0.0;             ///< step of the position [s]
+  double floor_stiffness = 0.0;   ///< stiffness over sqrt(radius) of a particle without contact [N/m^1.5]
 };
 
 struct ParticleSums {
   std::int64_t wall_force[6] = {};           ///< in 2^kForceQuantum N
   std::int64_t wall_stiffness[6] = {};       ///< in 2^kStiffnessQuantum N/m
+  std::int64_t tangential_work = 0;          ///< at walls, in 2^kEnergyQuantum J
+  std::int64_t friction = 0;                 ///< at walls, in 2^kEnergyQuantum J
   std::int64_t damping = 0;                  ///< work, in 2^kEnergyQuantum J
   bool list_ends = false;                    ///< some particle went as far as the list holds
   std::int64_t resultant = 0;                ///< of magnitudes, in 2^kForceQuantum N; measuring cycles only

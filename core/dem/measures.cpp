@@ -39,8 +39,13 @@ ElasticEnergy elastic_energy(const Specimen& specimen, const ContactModel& model
     for (std::size_t wall = 0; wall < 6; ++wall) {
       if ((contacts.near_walls[i] >> wall & 1u) == 0) continue;
       const double overlap = body[i].radius - wall_gap(specimen, body[i], wall);
-      if (overlap > 0.0)
-        energy.normal += model.wall_modulus * std::sqrt(body[i].radius) * model.law.energy(overlap);
+      if (!(overlap > 0.0)) continue;
+      energy.normal += model.wall_modulus * std::sqrt(body[i].radius) * model.law.energy(overlap);
+      if (specimen.particles.wall_shear.empty()) continue;
+      const auto& shear = specimen.particles.wall_shear[i].across[wall / 2];
+      const double stiffness = model.at_wall(body[i], body[i].radius - overlap).stiffness;
+      energy.tangential +=
+          0.5 * (shear[0] * shear[0] + shear[1] * shear[1]) / (model.tangential_ratio * stiffness);
     }
   }
   return energy;

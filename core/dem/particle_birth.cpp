@@ -33,6 +33,10 @@ double inertial_mass(const Experiment& experiment, double mass, std::int32_t gen
 
 }  // namespace
 
+void let_walls_rub(Particles& particles, const Material& material) {
+  particles.wall_shear.resize(material.wall_friction > 0.0 ? particles.size() : 0);
+}
+
 double sphere_mass(double radius, double density) {
   return 4.0 / 3.0 * std::numbers::pi * density * radius * radius * radius;
 }
@@ -56,6 +60,7 @@ void append_particle(Particles& particles, const Experiment& experiment, const B
   particles.limit_stress.push_back(strength);
   particles.crack.push_back(initial_crack(diameter, uniform(seed, birth.id, RandomEvent::kCrack)));
   particles.mobilised_stress.push_back(0.0);
+  if (!particles.wall_shear.empty()) particles.wall_shear.push_back({});
   if (material.free_rotation) particles.spin.push_back({birth.spin[0], birth.spin[1], birth.spin[2], 0.0});
 }
 

@@ -27,6 +27,9 @@ void append_particle(Particles& particles, const Experiment& experiment, const B
 /// stable step is another too.
 bool scale_inertia(Specimen& specimen, const Experiment& experiment);
 
+/// From here on walls rub where the material says so, from no force; else they no longer do.
+void let_walls_rub(Particles& particles, const Material& material);
+
 /// m of a sphere [kg].
 double sphere_mass(double radius, double density);
 

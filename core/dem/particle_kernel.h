@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "core/dem/kernels.h"
 #include "core/dem/quad.h"
@@ -55,10 +56,54 @@ struct WallLoad {
   double breaking = 0.0;  // largest stress ratio above 1, else 0
 };
 
-/// Contacts of one particle with the walls near it, r' = R.
-inline WallLoad wall_contacts(const ParticlePhase& phase, const Body& body, unsigned near, CycleKind kind,
-                              ParticleSums& sums) {
+/// Contact of a particle with one wall.
+struct AtWall {
+  unsigned axis;
+  double side;  // 1 at the high wall, -1 at the low one
+  double force, stiffness;
+};
+
+/// Coulomb friction of particle i at a wall, which moves along its axis alone: from the force before the last
+/// drift, `old`, to that of now. The contact kernel's steps, with the wall as the second body.
+inline void rub(const ParticlePhase& phase, std::size_t i, const AtWall& at, const double (&old)[2],
+                WallLoad& load, ParticleSums& sums) {
+  const Body& body = phase.body[i];
+  const unsigned b = (at.axis + 1) % 3, c = (at.axis + 2) % 3;
+  const double velocity[3] = {body.vx, body.vy, body.vz};
+  double ub = velocity[b], uc = velocity[c];
+  if (phase.spin != nullptr) {
+    const double spin[3] = {phase.spin[i].x, phase.spin[i].y, phase.spin[i].z};
+    const double arm = at.side * body.radius;
+    ub = ub + arm * spin[c];
+    uc = uc - arm * spin[b];
+  }
+  const double kt = phase.tangential_ratio * at.stiffness;
+  const double sb = (0.0 - ub) * phase.last_drift, sc = (0.0 - uc) * phase.last_drift;
+  double tb = old[0] + kt * sb, tc = old[1] + kt * sc;
+  const double squared = tb * tb + tc * tc;
+  const double cap = phase.wall_friction * at.force;
+  if (squared > cap * cap) {
+    const double trial = __builtin_sqrt(squared);
+    const double scale = cap / trial;
+    tb = tb * scale;
+    tc = tc * scale;
+    sums.friction += to_quanta((trial - cap) * cap / kt, 0x1p70);
+  }
+  sums.tangential_work += to_quanta(0.5 * ((old[0] + tb) * sb + (old[1] + tc) * sc), 0x1p70);
+  phase.wall_shear[i].across[at.axis][0] = tb;
+  phase.wall_shear[i].across[at.axis][1] = tc;
+  load.force[b] += tb;
+  load.force[c] += tc;
+}
+
+/// Contacts of particle i with the walls near it, r' = R.
+template <bool kRubs>
+inline WallLoad wall_contacts(const ParticlePhase& phase, std::size_t i, CycleKind kind, ParticleSums& sums) {
+  const Body& body = phase.body[i];
+  unsigned near = phase.near_walls[i];
   WallLoad load;
+  [[maybe_unused]] WallShear old;
+  if constexpr (kRubs) old = std::exchange(phase.wall_shear[i], WallShear{});
   const double centre[3] = {body.x, body.y, body.z};
   for (; near != 0; near &= near - 1) {
     const auto wall = static_cast<unsigned>(std::countr_zero(near));
@@ -76,6 +121,8 @@ inline WallLoad wall_contacts(const ParticlePhase& phase, const Body& body, unsi
     load.stiffness += stiffness;
     sums.wall_force[wall] += to_quanta(force, 0x1p40);
     sums.wall_stiffness[wall] += to_quanta(stiffness, 0x1p20);
+    if constexpr (kRubs)
+      rub(phase, i, {axis, high ? 1.0 : -1.0, force, stiffness}, old.across[axis], load, sums);
     const double area = body.radius * overlap;
     if (kind.check && force > body.breaking_stress * area) {
       const double ratio = force / (body.breaking_stress * area);
@@ -106,7 +153,7 @@ inline double move(const ParticlePhase& phase, Quad force, double mass, Quad& po
 }  // namespace particle
 
 /// What only some particles have: contacts of several threads, whose slots are added up here, and walls.
-template <bool kMeasure>
+template <bool kMeasure, bool kRubs>
 void complete(const ParticlePhase& phase, CycleKind kind, std::size_t i, ParticleSums& sums) {
   using namespace particle;
   Quad force = load_quad(&phase.resultant[i].x);
@@ -124,8 +171,8 @@ void complete(const ParticlePhase& phase, CycleKind kind, std::size_t i, Particl
     for (std::int32_t c = phase.own_begin[i]; c < phase.own_begin[i + 1]; ++c)
       add(c, force + load_quad(&phase.force[c].x));
   }
-  if (const unsigned near = phase.near_walls[i]; near != 0) {
-    const WallLoad load = wall_contacts(phase, phase.body[i], near, kind, sums);
+  if (phase.near_walls[i] != 0) {
+    const WallLoad load = wall_contacts<kRubs>(phase, i, kind, sums);
     force = force + quad(load.force[0], load.force[1], load.force[2], load.stiffness);
     stress = load.stress > stress ? load.stress : stress;
     if (load.breaking > 0.0) {
@@ -137,14 +184,21 @@ void complete(const ParticlePhase& phase, CycleKind kind, std::size_t i, Particl
   if constexpr (kMeasure) phase.peak_stress[i] = stress;
 }
 
+template <bool kMeasure, bool kRubs>
+void complete_each(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
+                   ParticleSums& sums) {
+  const std::int32_t* const last = phase.special + phase.special_count;
+  const std::int32_t* i = std::lower_bound(phase.special, last, static_cast<std::int32_t>(begin));
+  for (; i != last && static_cast<std::size_t>(*i) < end; ++i)
+    complete<kMeasure, kRubs>(phase, kind, static_cast<std::size_t>(*i), sums);
+}
+
 /// Before any of them moves: a loop of its own is one whose turns the processor can foresee.
 template <bool kMeasure>
 void complete_special(const ParticlePhase& phase, CycleKind kind, std::size_t begin, std::size_t end,
                       ParticleSums& sums) {
-  const std::int32_t* const last = phase.special + phase.special_count;
-  const std::int32_t* i = std::lower_bound(phase.special, last, static_cast<std::int32_t>(begin));
-  for (; i != last && static_cast<std::size_t>(*i) < end; ++i)
-    complete<kMeasure>(phase, kind, static_cast<std::size_t>(*i), sums);
+  phase.wall_shear != nullptr ? complete_each<kMeasure, true>(phase, kind, begin, end, sums)
+                              : complete_each<kMeasure, false>(phase, kind, begin, end, sums);
 }
 
 template <bool kMeasure, bool kMove>

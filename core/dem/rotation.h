@@ -1,7 +1,7 @@
 // Free rotation, for scenes that ask for it: spheres turn under the tangential forces of their contacts.
 //
-// The contact kernel leaves the couple of each contact behind; walls are frictionless and turn nothing. Spins
-// leap like velocities, and local damping acts on moments as it does on forces.
+// The contact kernel leaves the couple of each contact behind, the particle kernel the forces of walls that
+// rub. Spins leap like velocities, and local damping acts on moments as it does on forces.
 #pragma once
 
 #include <cstddef>

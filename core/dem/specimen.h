@@ -28,6 +28,7 @@ struct Particles {
   std::vector<double> crack;             ///< half-length a [m] (eq 21)
   std::vector<double> mobilised_stress;  ///< sigma_mob of the last measuring cycle [Pa] (eq 12)
   AlignedVector<Spin> spin;              ///< n where rotation is free, else empty
+  std::vector<WallShear> wall_shear;     ///< n where walls rub, from the end of packing on; else empty
 
   std::size_t size() const { return body.size(); }
   Eigen::Vector3d position(std::size_t i) const { return {body[i].x, body[i].y, body[i].z}; }

@@ -84,6 +84,7 @@ std::vector<std::int32_t> remove(Particles& particles, const std::vector<Failure
   drop(particles.crack, new_index);
   drop(particles.mobilised_stress, new_index);
   if (!particles.spin.empty()) drop(particles.spin, new_index);
+  if (!particles.wall_shear.empty()) drop(particles.wall_shear, new_index);
   return new_index;
 }
 

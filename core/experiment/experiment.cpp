@@ -62,6 +62,7 @@ void add_material(FieldDigest& digest, const Material& material) {
   digest.add("roughness_n1", material.roughness_n1);
   digest.add("roughness_n2", material.roughness_n2);
   digest.add("wall_stiffness_factor", material.wall_stiffness_factor);
+  if (material.wall_friction > 0.0) digest.add("wall_friction", material.wall_friction);
   if (material.free_rotation) digest.tag("free_rotation");
   digest.add("limit_stress", material.limit_stress);
   digest.add("reference_diameter", material.reference_diameter);

@@ -58,6 +58,7 @@ struct Material {
   double roughness_n2 = 5.0;    ///< n2 [-] (eq 7)
   double wall_stiffness_factor =
       1.0;                     ///< E' at walls over E' between grains; 2 = rigid walls (open reading) [-]
+  double wall_friction = 0.0;  ///< mu, between a grain and a wall, after packing [-]
   bool free_rotation = false;  ///< particles may turn; the paper blocks their rotation
   // Strength (eqs 10-12)
   double limit_stress = 3.75e9;          ///< sigma_lim0 [Pa]

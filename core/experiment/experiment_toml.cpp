@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "core/experiment/document.h"
+#include "core/experiment/fidelity.h"
 #include "core/experiment/sections.h"
 #include "core/experiment/table_reader.h"
 
@@ -53,6 +54,14 @@ void check_together(const DocumentNode& root, const Experiment& experiment, Diag
   if (ageing && particles && *ageing > *particles) {
     log.error(root.find("numerics")->value.find("breakages_per_ageing")->value.begin,
               "breakages_per_ageing must not exceed the number of particles");
+  }
+  const DocumentEntry* numerics = root.find("numerics");
+  const DocumentEntry* fidelity = numerics != nullptr ? numerics->value.find("fidelity") : nullptr;
+  if (fidelity != nullptr && fidelity->value.kind == DocumentNode::Kind::kTable && particles &&
+      *particles < kMeasuredParticles) {
+    log.warning(fidelity->value.begin, "errors were measured on specimens of " +
+                                           std::to_string(kMeasuredParticles) +
+                                           " particles; those of smaller ones are larger");
   }
 }
 

@@ -27,6 +27,7 @@ Material read_material(const DocumentNode& table, DiagnosticLog& log) {
   reader.number("roughness_n1", 0.0, 10.0, material.roughness_n1);
   reader.number("roughness_n2", 0.0, 100.0, material.roughness_n2);
   reader.number("wall_stiffness_factor", 0.1, 10.0, material.wall_stiffness_factor);
+  reader.number("wall_friction", 0.0, 2.0, material.wall_friction);
   if (const auto rotation = reader.word("rotation", kRotations)) material.free_rotation = *rotation == 1;
   reader.quantity("limit_stress", Dimension::kStress, 1e6, 1e12, material.limit_stress);
   reader.quantity("reference_diameter", Dimension::kLength, 1e-6, 1.0, material.reference_diameter);

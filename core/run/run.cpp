@@ -1,4 +1,4 @@
-#include "core/run/run.h"
+#include "core/run/run_impl.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,95 +26,11 @@ namespace {
 constexpr std::int64_t kSampleInterval = 2000;  // cycles
 constexpr double kSampleStressRatio = 1.05;     // between samples of loading: even steps of log stress
 constexpr double kSampleStrain = 0.002;         // the same of loading by strain
-constexpr std::int64_t kSettleWindow = 5000;    // cycles on target and without a failure that end a stage
-constexpr std::int64_t kUnsettledFactor = 10;   // x minimum_cycles: longer than that is not settling
 constexpr double kCreepFailureStrain = 0.2;     // axial creep strain
 constexpr double kUnsettledStrain = 1e-3;       // in the second half of a stage: it flows, it does not settle
 constexpr double kVoidRatioTolerance = 0.002;
-constexpr const char* kPackingWord = "packing";
-
-/// Whether the cursor stands where the program has what it does.
-bool stands_in(const std::vector<Stage>& program, const Cursor& cursor) {
-  const auto size = static_cast<std::int64_t>(program.size());
-  if (cursor.stage >= size) return false;
-  const Stage* stage = cursor.stage < 0 ? nullptr : &program[static_cast<std::size_t>(cursor.stage)];
-  switch (cursor.act) {
-    case Cursor::Act::kPacking:
-    case Cursor::Act::kStart:
-      return true;
-    case Cursor::Act::kLoading:
-      return stage != nullptr && target_of(*stage) != nullptr;
-    case Cursor::Act::kDynamicStage:
-    case Cursor::Act::kAgeing:
-      return stage != nullptr && duration_of(*stage).has_value();
-    case Cursor::Act::kBetweenStages:
-      return stage != nullptr && cursor.stage + 1 < size;
-    case Cursor::Act::kDone:
-      return false;
-  }
-  return false;
-}
 
 }  // namespace
-
-struct Run::Impl {
-  Impl(const Experiment& asked, const Kernels& kernels, const RunOptions& options)
-      : experiment(asked),
-        options(options),
-        dynamics(experiment, kernels, {options.threads, options.rebuild_every, options.activity}) {}
-
-  Batch advance(std::int64_t cycle_budget);
-  void pack(Batch& batch);
-  void begin_program(Batch& batch);
-  void load(Batch& batch);
-  void end_loading(Batch& batch, bool settled);
-  bool energy_grows(Batch& batch) const;
-  bool servo_runs_away(double deviation, Batch& batch);
-  bool loading_sample_is_due();
-  void hold(Batch& batch);
-  double watch_stress();
-  bool at_rest() const;
-  std::int64_t next_breakages() const;
-  void watch_failure_times();
-  bool failure_times_stand() const;
-  void adapt_breakages(double left);
-  void fail_in_creep(const std::string& how, Batch& batch);
-  void give_up_settling(Batch& batch);
-  void age_and_break(Batch& batch);
-
-  const Stage& stage() const { return experiment.program[static_cast<std::size_t>(state.cursor.stage)]; }
-  void begin_stage(std::int64_t index);
-  void begin_loading();
-  void begin_hold();
-  void begin_dynamic_stage(std::int64_t broken_at_start);
-  void end_dynamic_stage(Batch& batch, bool settled);
-  void next_stage(Batch& batch);
-  std::int64_t steps_passed() const;
-  void keep_if_due(Batch& batch);
-  void keep(const std::string& what, Batch& batch) const;
-  std::string checkpoint() const;
-  std::string stage_word() const;
-  bool computed(const CycleResult& result, Batch& batch);
-  void break_particles(const std::vector<Failure>& failures, Batch& batch);
-  std::int64_t settle_window() const { return std::min(kSettleWindow, experiment.numerics.minimum_cycles); }
-  std::int64_t most_cycles() const {
-    return kUnsettledFactor * std::max(experiment.numerics.minimum_cycles, kSettleWindow);
-  }
-
-  void emit(RecordKind kind, std::vector<double> values, Batch& batch);
-  void emit_sample(Phase phase, Batch& batch);
-  void emit_grading(Batch& batch);
-  /// Right after a sample, while the list is valid.
-  void emit_snapshot(Batch& batch) const;
-  bool passes_decade_of_age();
-  Phase phase() const;
-
-  const Experiment experiment;
-  const RunOptions options;
-  const std::string arithmetic = arithmetic_id(options.instruction_set);
-  Dynamics dynamics;
-  RunState state;
-};
 
 Batch Run::Impl::advance(std::int64_t cycle_budget) {
   Batch batch;
@@ -168,6 +84,7 @@ void Run::Impl::pack(Batch& batch) {
   cursor.initial_grading_index = grading_index(state.specimen, experiment.material);
   cursor.sides = Cursor::Sides::kHeld;
   cursor.target = cursor.radial_target = experiment.specimen.isotropic_stress;
+  let_walls_rub(state.specimen.particles, experiment.material);
   emit_sample(Phase::kPacking, batch);
   begin_program(batch);
 }
@@ -564,128 +481,12 @@ bool Run::Impl::passes_decade_of_age() {
 Run::Run(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Run::~Run() = default;
 
-absl::StatusOr<std::unique_ptr<Run>> Run::start(const Experiment& experiment, const RunOptions& options) {
-  const absl::StatusOr<const Kernels*> kernels = kernels_for(options.instruction_set);
-  if (!kernels.ok()) return kernels.status();
-  if (experiment.start) {
-    return absl::InvalidArgumentError("the job starts from a checkpoint, and none was given to it");
-  }
-  auto impl = std::make_unique<Impl>(experiment, **kernels, options);
-  impl->state.specimen = scatter(experiment);
-  return std::unique_ptr<Run>(new Run(std::move(impl)));
-}
-
-absl::StatusOr<std::unique_ptr<Run>> Run::start_from(const Experiment& experiment, const RunOptions& options,
-                                                     std::string_view checkpoint) {
-  const absl::StatusOr<const Kernels*> kernels = kernels_for(options.instruction_set);
-  if (!kernels.ok()) return kernels.status();
-  const absl::StatusOr<CheckpointInfo> info = read_checkpoint_info(checkpoint);
-  if (!info.ok()) return info.status();
-  if (absl::Status status = can_start_from(*info, specimen_hash(experiment)); !status.ok()) return status;
-  absl::StatusOr<RunState> source = read_checkpoint(checkpoint);
-  if (!source.ok()) return source.status();
-  auto impl = std::make_unique<Impl>(experiment, **kernels, options);
-  RunState& state = impl->state;
-  state.specimen = std::move(source->specimen);
-  state.specimen.friction = experiment.material.friction;
-  Particles& particles = state.specimen.particles;
-  if (particles.spin.empty() == experiment.material.free_rotation) {  // set free or blocked from here on
-    particles.spin.assign(experiment.material.free_rotation ? particles.size() : 0, Spin{});
-  }
-  state.packing = source->packing;
-  const Cursor& before = source->cursor;
-  state.cursor.act = Cursor::Act::kStart;
-  state.cursor.initial_count = before.initial_count;
-  state.cursor.void_ratio_reached = before.void_ratio_reached;
-  state.cursor.void_ratio_loaded = before.void_ratio_loaded;
-  state.cursor.initial_grading_index = before.initial_grading_index;
-  state.cursor.sides = before.sides;
-  state.cursor.radial_target = before.radial_target;
-  state.cursor.target = before.act == Cursor::Act::kLoading ? state.specimen.walls.stress(2) : before.target;
-  state.start_digest = info->state_digest;
-  state.inexact = source->inexact;
-  return std::unique_ptr<Run>(new Run(std::move(impl)));
-}
-
-absl::Status can_start_from(const CheckpointInfo& info, std::string_view specimen_hash) {
-  if (info.stage == kPackingWord) {
-    return absl::InvalidArgumentError(
-        "the checkpoint to start from is of a specimen that is still being packed");
-  }
-  if (info.specimen_hash == specimen_hash) return absl::OkStatus();
-  if (info.specimen_hash.empty()) {
-    return absl::InvalidArgumentError(
-        "the checkpoint to start from was made by an earlier version: it can be continued only");
-  }
-  return absl::InvalidArgumentError(
-      "the checkpoint to start from has another specimen: [specimen], density, strength, comminution_limit "
-      "and "
-      "inertia_scaling must be those of its job");
-}
-
-absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, const RunOptions& options,
-                                                 std::string_view checkpoint) {
-  const absl::StatusOr<const Kernels*> kernels = kernels_for(options.instruction_set);
-  if (!kernels.ok()) return kernels.status();
-  const absl::StatusOr<CheckpointInfo> info = read_checkpoint_info(checkpoint);
-  if (!info.ok()) return info.status();
-  if (info->experiment_hash != experiment_hash(experiment)) {
-    return absl::InvalidArgumentError("this checkpoint belongs to another experiment");
-  }
-  if (info->finished) {
-    return absl::InvalidArgumentError("this checkpoint is of the end of its program: start another from it");
-  }
-  const std::string here = arithmetic_id(options.instruction_set);
-  const bool same = info->arithmetic_id == here;
-  if (!same && !options.allow_inexact) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "the checkpoint was computed with arithmetic ", info->arithmetic_id, ", this program has ", here,
-        ": the run would not be the same; --allow-inexact continues it all the same and records that"));
-  }
-  absl::StatusOr<RunState> state = read_checkpoint(checkpoint);
-  if (!state.ok()) return state.status();
-  if (state->specimen.particles.spin.empty() == experiment.material.free_rotation) {
-    return absl::DataLossError(
-        "this checkpoint has no spins where the experiment has, or the other way round");
-  }
-  if (!stands_in(experiment.program, state->cursor)) {
-    return absl::DataLossError("this checkpoint does not stand in the program of its experiment");
-  }
-  auto impl = std::make_unique<Impl>(experiment, **kernels, options);
-  impl->state = *std::move(state);
-  impl->state.inexact = impl->state.inexact || !same;
-  return std::unique_ptr<Run>(new Run(std::move(impl)));
-}
-
 Batch Run::advance(std::int64_t cycle_budget) { return impl_->advance(cycle_budget); }
 
 std::string Run::Impl::stage_word() const {
   if (state.cursor.act == Cursor::Act::kStart) return "start";
   return state.cursor.stage < 0 ? kPackingWord : std::string(stage_name(stage()));
 }
-
-std::string Run::Impl::checkpoint() const {
-  CheckpointInfo info;
-  info.arithmetic_id = arithmetic;
-  info.experiment_hash = experiment_hash(experiment);
-  info.state_digest = digest_of(state);
-  info.next_sequence = state.next_sequence;
-  info.stage = stage_word();
-  info.particles = static_cast<std::int64_t>(state.specimen.particles.size());
-  info.cycle = state.specimen.cycle;
-  info.age = state.specimen.clocks.age;
-  info.dynamic_time = state.specimen.clocks.dynamic_time;
-  info.creep_time = creep_time(state);
-  info.axial_strain = axial_strain(state.specimen);
-  info.broken_total = state.specimen.broken_total;
-  info.inexact = state.inexact;
-  info.specimen_hash = specimen_hash(experiment);
-  info.start_digest = state.start_digest;
-  info.finished = state.cursor.act == Cursor::Act::kDone;
-  return write_checkpoint(state, info);
-}
-
-std::string Run::checkpoint() const { return impl_->checkpoint(); }
 
 std::string Run::state_digest() const { return digest_of(impl_->state); }
 std::uint64_t Run::next_sequence() const { return impl_->state.next_sequence; }

@@ -177,6 +177,25 @@ void visit_spin(Archive& archive, Of& spins) {
 }
 
 template <class Archive, class Of>
+void visit_wall_shear(Archive& archive, Of& shears) {
+  std::uint64_t count = shears.size();
+  archive(count);
+  if constexpr (Archive::kReading) {
+    shears.clear();
+    for (std::uint64_t k = 0; k < count && archive.ok(); ++k) {
+      WallShear shear{};
+      for (auto& wall : shear.across)
+        for (auto& force : wall) archive(force);
+      shears.push_back(shear);
+    }
+  } else {
+    for (const WallShear& shear : shears)
+      for (const auto& wall : shear.across)
+        for (const double& force : wall) archive(force);
+  }
+}
+
+template <class Archive, class Of>
 void visit_shear(Archive& archive, Of& history) {
   std::uint64_t count = history.size();
   archive(count);
@@ -420,7 +439,8 @@ absl::Status consistent(const RunState& state, const std::vector<PairShear>& his
   const std::size_t n = particles.id.size();
   if (particles.parent.size() != n || particles.generation.size() != n || particles.mass.size() != n ||
       particles.inertial_mass.size() != n || particles.limit_stress.size() != n ||
-      particles.crack.size() != n || (!particles.spin.empty() && particles.spin.size() != n)) {
+      particles.crack.size() != n || (!particles.spin.empty() && particles.spin.size() != n) ||
+      (!particles.wall_shear.empty() && particles.wall_shear.size() != n)) {
     return absl::DataLossError("checkpoint with particle columns of different lengths");
   }
   for (std::size_t k = 0; k < history.size(); ++k) {
@@ -442,6 +462,9 @@ std::string digest_of(const RunState& state) {
   Digester digest;
   visit_particles(digest, state.specimen.particles);
   if (!state.specimen.particles.spin.empty()) visit_spin(digest, state.specimen.particles.spin);
+  if (!state.specimen.particles.wall_shear.empty()) {
+    visit_wall_shear(digest, state.specimen.particles.wall_shear);
+  }
   const std::vector<PairShear> history = shear_history(state.specimen.contacts);
   digest(static_cast<std::uint64_t>(history.size()));
   for (const PairShear& pair : history) {
@@ -468,6 +491,7 @@ std::string write_checkpoint(const RunState& state, const CheckpointInfo& info) 
   visit_info(section[0], info, kCheckpointVersion);
   visit_particles(section[1], state.specimen.particles);
   visit_spin(section[1], state.specimen.particles.spin);
+  visit_wall_shear(section[1], state.specimen.particles.wall_shear);
   const std::vector<PairShear> history = shear_history(state.specimen.contacts);
   visit_shear(section[2], history);
   visit_surroundings(section[3], state.specimen);
@@ -490,6 +514,7 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
   visit_info(reader[0], info, verified->version);
   visit_particles(reader[1], state.specimen.particles);
   if (verified->version >= 4) visit_spin(reader[1], state.specimen.particles.spin);
+  if (verified->version >= 7) visit_wall_shear(reader[1], state.specimen.particles.wall_shear);
   visit_shear(reader[2], history);
   visit_surroundings(reader[3], state.specimen);
   if (verified->version >= 5) visit_carried(reader[3], state.specimen.walls.carried);

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/experiment/numerics_text.h"
 #include "server/worker/durable_file.h"
 
 namespace creepd {
@@ -10,6 +11,10 @@ absl::Status write_summary(const std::filesystem::path& path, const creep::Run& 
                            const SummaryFacts& facts) {
   nlohmann::ordered_json figures = nlohmann::ordered_json::object();
   for (const creep::SummaryFigure& figure : run.summary()) figures[figure.name] = figure.value;
+  nlohmann::ordered_json numerics = nlohmann::ordered_json::object();
+  for (const creep::NumericsValue& at : creep::numerics_values(facts.numerics)) {
+    numerics[std::string(at.key)] = nlohmann::ordered_json::parse(at.value);
+  }
   const double seconds = facts.total.wall_seconds;
   const nlohmann::ordered_json summary = {
       {"outcome", ending.outcome},
@@ -17,6 +22,7 @@ absl::Status write_summary(const std::filesystem::path& path, const creep::Run& 
       {"figures", figures},
       {"state_digest", run.state_digest()},
       {"experiment_hash", facts.experiment_hash},
+      {"numerics", numerics},
       {"arithmetic_id", creep::arithmetic_id(facts.instruction_set)},
       {"inexact", run.inexact()},
       {"records", run.next_sequence()},

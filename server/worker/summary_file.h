@@ -14,6 +14,7 @@ namespace creepd {
 
 struct SummaryFacts {
   std::string experiment_hash;
+  creep::Numerics numerics;
   std::string instruction_set;
   int threads = 1;
   std::int64_t attempts = 1;

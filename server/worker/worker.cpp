@@ -294,6 +294,7 @@ absl::StatusOr<Ending> carry_out(const WorkerOptions& options, StopRequest& stop
   auto run = begin_run(*experiment, run_options, *output);
   if (!run.ok()) return run.status();
   SummaryFacts facts{.experiment_hash = creep::experiment_hash(*experiment),
+                     .numerics = experiment->numerics,
                      .instruction_set = *instruction_set,
                      .threads = options.threads,
                      .attempts = attempt,

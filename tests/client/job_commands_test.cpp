@@ -127,6 +127,19 @@ TEST_F(JobCommands, validate_json_is_one_object_with_all_diagnostics) {
   EXPECT_EQ(nlohmann::json::parse(good.out)["valid"], true);
 }
 
+TEST_F(JobCommands, validate_says_what_a_fidelity_stands_for) {
+  write(
+      "fast.toml",
+      "[specimen]\nparticles = 3000\n[[program]]\nstage = \"oedometric\"\nuntil = { axial_stress = \"1 MPa\" "
+      "}\n[numerics]\nfidelity = \"fast\"\nskin = \"3 um\"\n");
+  const auto numerics = nlohmann::json::parse(creepctl("validate --json fast.toml").out)["numerics"];
+  EXPECT_EQ(numerics["fidelity"], "fast");
+  EXPECT_EQ(numerics["inertia_scaling"], "all");
+  EXPECT_EQ(numerics["skin"], "3 um");
+  EXPECT_LT(numerics["minimum_cycles"], 150000);
+  EXPECT_NE(creepctl("validate fast.toml").out.find("inertia_scaling = \"all\""), std::string::npos);
+}
+
 TEST_F(JobCommands, a_grading_file_is_put_in_and_found_beside_the_job) {
   fs::create_directory(folder() / "jobs");
   write("jobs/psd.csv", "# measured\ndiameter_mm,passing_percent\r\n0.1,0\r\n0.2,40\r\n0.4,100\r\n");

@@ -149,6 +149,7 @@ TEST_P(OldCheckpoint, is_read) {
     EXPECT_EQ(state->cursor.next_snapshot_age, Cursor::kFirstSnapshotAge);
   }
   EXPECT_EQ(state->specimen.particles.spin.empty(), GetParam() != 4) << "only that file has grains that turn";
+  EXPECT_TRUE(state->specimen.particles.wall_shear.empty());
   EXPECT_EQ(state->specimen.walls.carried, (std::array<double, 3>{}));
   const auto rewritten = read_checkpoint_info(write_checkpoint(*state, *info));
   ASSERT_TRUE(rewritten.ok()) << rewritten.status();
@@ -156,7 +157,7 @@ TEST_P(OldCheckpoint, is_read) {
   EXPECT_EQ(rewritten->state_digest, info->state_digest);
 }
 
-INSTANTIATE_TEST_SUITE_P(Versions, OldCheckpoint, ::testing::Values(1u, 2u, 3u, 4u, 5u));
+INSTANTIATE_TEST_SUITE_P(Versions, OldCheckpoint, ::testing::Values(1u, 2u, 3u, 4u, 5u, 6u));
 
 TEST(Checkpoint, keeps_the_spins_of_grains_that_may_turn) {
   Experiment experiment = short_job();
@@ -169,6 +170,27 @@ TEST(Checkpoint, keeps_the_spins_of_grains_that_may_turn) {
   ASSERT_TRUE(state.ok()) << state.status();
   ASSERT_EQ(state->specimen.particles.spin.size(), state->specimen.particles.size());
   EXPECT_NE(state->specimen.particles.spin.back().x, 0.0);
+  const auto resumed = Run::resume(experiment, {}, checkpoint);
+  ASSERT_TRUE(resumed.ok()) << resumed.status();
+  run->advance(500);
+  (*resumed)->advance(500);
+  EXPECT_EQ((*resumed)->state_digest(), run->state_digest());
+  EXPECT_TRUE(absl::IsInvalidArgument(Run::resume(short_job(), {}, checkpoint).status()));
+}
+
+TEST(Checkpoint, keeps_the_forces_of_walls_that_rub) {
+  Experiment experiment = short_job();
+  experiment.material.wall_friction = 0.2;
+  const std::unique_ptr<creep::Run> run = started(experiment);
+  while (run->progress().stage == "packing") run->advance(1000000);
+  run->advance(1000);
+  const std::string checkpoint = run->checkpoint();
+  const auto state = read_checkpoint(checkpoint);
+  ASSERT_TRUE(state.ok()) << state.status();
+  ASSERT_EQ(state->specimen.particles.wall_shear.size(), state->specimen.particles.size());
+  RunState other = *state;
+  for (WallShear& shear : other.specimen.particles.wall_shear) shear = {};
+  EXPECT_NE(digest_of(other), digest_of(*state)) << "some wall rubs, and the digest tells";
   const auto resumed = Run::resume(experiment, {}, checkpoint);
   ASSERT_TRUE(resumed.ok()) << resumed.status();
   run->advance(500);

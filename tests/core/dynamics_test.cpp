@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/dem/measures.h"
+#include "core/dem/particle_birth.h"
 #include "core/dem/splitter.h"
 #include "core/run/samples.h"
 #include "core/run/state.h"
@@ -103,13 +104,27 @@ Ledger ledger(const Specimen& specimen, const Experiment& experiment, const Dyna
           value("removed_J")};
 }
 
-class EnergyLedger : public ::testing::TestWithParam<bool> {};
+/// What takes part in it beside normal contact and sliding of grains that do not turn.
+struct LedgerScene {
+  const char* name;
+  bool free_rotation;
+  double wall_friction;
+};
+
+class EnergyLedger : public ::testing::TestWithParam<LedgerScene> {
+ protected:
+  static void choose(Experiment& experiment) {
+    experiment.material.free_rotation = GetParam().free_rotation;
+    experiment.material.wall_friction = GetParam().wall_friction;
+  }
+};
 
 TEST_P(EnergyLedger, explains_a_compression_to_one_thousandth) {
   Experiment experiment = unbreakable_sand(200);
-  experiment.material.free_rotation = GetParam();
+  choose(experiment);
   Dynamics dynamics(experiment, widest_kernels(), {});
   Specimen specimen = packed(experiment, dynamics);
+  let_walls_rub(specimen.particles, experiment.material);
   dynamics.let_fail(true);
   ASSERT_EQ(run_cycles(specimen, experiment, dynamics, oedometric(10e6, 0.5), 20000), 0);
   const Ledger energy = ledger(specimen, experiment, dynamics);
@@ -121,18 +136,22 @@ TEST_P(EnergyLedger, explains_a_compression_to_one_thousandth) {
 
 TEST_P(EnergyLedger, explains_a_crushing_compression_to_one_thousandth) {
   Experiment experiment = weak_sand(200);
-  experiment.material.free_rotation = GetParam();
+  choose(experiment);
   Dynamics dynamics(experiment, widest_kernels(), {});
   Specimen specimen = packed(experiment, dynamics);
+  let_walls_rub(specimen.particles, experiment.material);
   dynamics.let_fail(true);
-  EXPECT_GT(run_cycles(specimen, experiment, dynamics, oedometric(3e6, 0.5), 10000), 10);
+  EXPECT_GT(run_cycles(specimen, experiment, dynamics, oedometric(3e6, 0.5), 10000), 5);
   const Ledger energy = ledger(specimen, experiment, dynamics);
   EXPECT_GT(energy.removed, 0.0);
   EXPECT_LE(std::fabs(energy.unexplained), 1e-3 * energy.wall_work);
 }
 
-INSTANTIATE_TEST_SUITE_P(Rotation, EnergyLedger, ::testing::Bool(),
-                         [](const auto& rotation) { return rotation.param ? "free" : "blocked"; });
+INSTANTIATE_TEST_SUITE_P(Scenes, EnergyLedger,
+                         ::testing::Values(LedgerScene{"blocked", false, 0.0}, LedgerScene{"free", true, 0.0},
+                                           LedgerScene{"rubbed", false, 0.3},
+                                           LedgerScene{"free_rubbed", true, 0.3}),
+                         [](const auto& info) { return std::string(info.param.name); });
 
 TEST(Dynamics, no_shear_force_exceeds_coulombs_cap_and_some_reach_it) {
   const Experiment experiment = unbreakable_sand(150);
@@ -180,6 +199,59 @@ double largest_stable_step(const Specimen& specimen, const ContactModel& model) 
     if (stiffness[i] > 0.0) step = std::min(step, std::sqrt(2.0 * particles.inertial_mass[i] / stiffness[i]));
   }
   return step;
+}
+
+/// The floor throws up a grain that slides over it: Coulomb's law holds for the impulses.
+TEST(WallFriction, takes_mu_times_the_normal_impulse_from_a_grain_that_slides) {
+  Experiment experiment;
+  experiment.material.wall_friction = 0.4;
+  experiment.numerics.local_damping = 0.0;
+  experiment.numerics.time_step_safety = 0.1;
+  Dynamics dynamics(experiment, widest_kernels(), {});
+  const double radius = 0.1e-3, overlap = 0.5e-6;
+  Specimen specimen = balls(experiment, 5e-3, {{2e-3, 3e-3, radius - overlap, radius, 150.0, -200.0, 0.0}});
+  let_walls_rub(specimen.particles, experiment.material);
+  dynamics.assess(specimen);
+  const Body& grain = specimen.particles.body[0];
+  dynamics.cycle(specimen, kFixedWalls);  // it has not moved yet, so nothing rubs
+  const Body first = grain;
+  for (int cycle = 0; cycle < 20000 && grain.z < radius; ++cycle) dynamics.cycle(specimen, kFixedWalls);
+  dynamics.cycle(specimen, kFixedWalls);
+  ASSERT_GT(grain.vz, 10.0 * first.vz);
+  EXPECT_NEAR(std::hypot(first.vx - grain.vx, grain.vy - first.vy), 0.4 * (grain.vz - first.vz),
+              1e-9 * grain.vz);
+  EXPECT_NEAR(grain.vy / grain.vx, -2.0 / 1.5, 1e-12) << "against its way";
+  EXPECT_EQ(specimen.particles.wall_shear[0].across[2][0], 0.0) << "a contact that opens forgets";
+}
+
+/// Where the sides carry a part of the load, less of it reaches the middle. The least that can is what
+/// Janssen (1895) found for friction mobilised all over: d(sigma)/dz = -4 mu K sigma / L, K the measured
+/// ratio of side to platen stress.
+TEST(WallFriction, keeps_a_part_of_the_platens_load_from_the_middle_of_an_oedometer) {
+  for (const double wall_friction : {0.0, 0.3}) {
+    Experiment experiment = unbreakable_sand(400);
+    experiment.material.wall_friction = wall_friction;
+    Dynamics dynamics(experiment, widest_kernels(), {});
+    Specimen specimen = packed(experiment, dynamics);
+    let_walls_rub(specimen.particles, experiment.material);
+    run_cycles(specimen, experiment, dynamics, oedometric(10e6, 0.5), 30000);
+    const Walls& walls = specimen.walls;
+    ASSERT_NEAR(walls.stress(2), 10e6, 0.1e6);
+    double upward = walls.force[4] - walls.force[5];
+    for (const WallShear& shear : specimen.particles.wall_shear)
+      upward += shear.across[0][1] + shear.across[1][0];
+    EXPECT_LT(std::fabs(upward), 0.01 * walls.force[5]) << "the walls' forces hold each other";
+    dynamics.ensure_list(specimen);
+    const double share = contact_stress(specimen, dynamics.model()).axial / walls.stress(2);
+    if (wall_friction == 0.0) {
+      EXPECT_NEAR(share, 1.0, 0.01);
+      continue;
+    }
+    const double ratio = 0.5 * (walls.stress(0) + walls.stress(1)) / walls.stress(2);
+    const double mobilised = 2.0 * wall_friction * ratio;
+    EXPECT_LT(share, 0.96);
+    EXPECT_GT(share, (1.0 - std::exp(-mobilised)) / mobilised - 0.01);
+  }
 }
 
 TEST(TimeStep, is_the_safety_times_the_stable_step_right_after_an_assessment) {

@@ -212,8 +212,13 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Rest, BadJobFile,
     testing::Values(
-        BadInput{"fidelity_of_a_later_version", 13, "fidelity = \"fast\"", 13, 12,
-                 "use \"paper\" and explicit keys"},
+        BadInput{"fidelity_error_below_all", 13, "fidelity = { error = 0.001 }", 13, 22,
+                 "the smallest is 0.0"},
+        BadInput{"fidelity_error_of_nothing", 13, "fidelity = { error = 0.0 }", 13, 22, "allowed 1e-06 to 1"},
+        BadInput{"fidelity_without_error", 13, "fidelity = {}", 13, 12, "fidelity needs error"},
+        BadInput{"fidelity_other_key", 13, "fidelity = { error = 0.5, eror = 1 }", 13, 27,
+                 "did you mean \"error\"?"},
+        BadInput{"drift_word", 13, "drift_tolerance = \"nine\"", 13, 19, "did you mean \"none\"?"},
         BadInput{"fidelity_unknown", 13, "fidelity = \"papper\"", 13, 12, "did you mean \"paper\"?"},
         BadInput{"cycles_in_quotes", 13, "minimum_cycles = \"150000\"", 13, 18,
                  "write 150000 without quotes"},

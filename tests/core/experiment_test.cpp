@@ -8,7 +8,10 @@
 #include <string>
 
 #include "core/experiment/experiment_toml.h"
+#include "core/experiment/fidelity.h"
 #include "core/experiment/job_text.h"
+#include "core/experiment/numerics_text.h"
+#include "core/experiment/wording.h"
 
 namespace creep {
 namespace {
@@ -58,6 +61,7 @@ roughness = "0 um"
 roughness_n1 = 0.06
 roughness_n2 = 6
 wall_stiffness_factor = 2
+wall_friction = 0.25
 rotation = "free"
 limit_stress = "4 GPa"
 reference_diameter = "1.5 mm"
@@ -115,6 +119,7 @@ snapshots = "per decade of age"
   EXPECT_EQ(material.roughness_n1, 0.06);
   EXPECT_EQ(material.roughness_n2, 6.0);
   EXPECT_EQ(material.wall_stiffness_factor, 2.0);
+  EXPECT_EQ(material.wall_friction, 0.25);
   EXPECT_TRUE(material.free_rotation);
   EXPECT_EQ(material.limit_stress, 4e9);
   EXPECT_EQ(material.reference_diameter, 1.5e-3);
@@ -281,6 +286,69 @@ TEST(Experiment, ageing_may_adapt_to_a_tolerance) {
   EXPECT_FALSE(asked.breakages_per_ageing);
 }
 
+Numerics numerics_of(const std::string& lines) {
+  return parsed(std::string(kLeast) + "[numerics]\n" + lines).numerics;
+}
+
+TEST(Fidelity, each_is_a_set_of_keys_that_a_job_could_give_itself) {
+  const auto hash_of = [](const std::string& lines) {
+    return experiment_hash(parsed(std::string(kLeast) + "[numerics]\n" + lines));
+  };
+  for (const std::string_view name : fidelity_names()) {
+    const std::string asked = "fidelity = " + ::creep::quoted(name) + "\n";
+    std::string keys = "fidelity = \"paper\"\n";
+    for (const NumericsValue& at : numerics_values(numerics_of(asked))) {
+      if (at.key == "fidelity") continue;
+      keys += std::string(at.key) + " = " + at.value + "\n";
+    }
+    EXPECT_EQ(hash_of(asked), hash_of(keys)) << keys;
+    EXPECT_EQ(numerics_of(asked).fidelity, name);
+    EXPECT_EQ(hash_of(asked) == hash_of(""), name == "paper") << name;
+  }
+}
+
+TEST(Fidelity, every_key_overrides_it_wherever_it_stands) {
+  const Numerics fast = numerics_of("minimum_cycles = 77\nfidelity = \"fast\"\n");
+  EXPECT_EQ(fast.minimum_cycles, 77);
+  EXPECT_EQ(fast.inertia_scaling, InertiaScaling::kAll);
+  const Numerics slow = numerics_of(
+      "fidelity = \"fast\"\ninertia_scaling = \"none\"\nloading_velocity = \"0.1 m/s\"\n"
+      "drift_tolerance = \"none\"\ninertial_number_limit = \"none\"\n");
+  EXPECT_FALSE(slow.drift_tolerance || slow.inertial_number_limit);
+  EXPECT_EQ(slow.inertia_scaling, InertiaScaling::kNone);
+  const Numerics adaptive = numerics_of("fidelity = \"reference\"\nbreakages_per_ageing = \"adaptive\"\n");
+  EXPECT_FALSE(adaptive.breakages_per_ageing);
+  EXPECT_TRUE(adaptive.ageing_error_tolerance);
+}
+
+TEST(Fidelity, an_error_takes_the_cheapest_that_is_as_good_and_no_worse_one) {
+  const auto hash_of = [](const std::string& fidelity) {
+    return experiment_hash(parsed(std::string(kLeast) + "[numerics]\nfidelity = " + fidelity + "\n"));
+  };
+  for (std::size_t i = 0; i < fidelity_names().size(); ++i) {
+    const double error = fidelity_measure(i).error;
+    const std::string asked = "{ error = " + shortest(error) + " }";
+    const Numerics chosen = numerics_of("fidelity = " + asked + "\n");
+    const FidelityMeasure found = fidelity_measure(*fidelity_index(chosen.fidelity));
+    EXPECT_LE(found.error, error);
+    EXPECT_GE(found.speed, fidelity_measure(i).speed);
+    EXPECT_EQ(hash_of(asked), hash_of(::creep::quoted(chosen.fidelity)));
+  }
+  EXPECT_EQ(numerics_of("fidelity = { error = 1.0 }\n").fidelity, "fast");
+  EXPECT_FALSE(cheapest_fidelity(fidelity_measure(most_accurate_fidelity()).error / 2));
+}
+
+TEST(Fidelity, an_error_measured_on_larger_specimens_brings_a_warning) {
+  const std::string program = "[[program]]\nstage = \"creep\"\nduration = \"1 d\"\n";
+  const auto warnings = [&](int particles) {
+    return parse_experiment("[specimen]\nparticles = " + std::to_string(particles) + "\n" + program +
+                            "[numerics]\nfidelity = { error = 0.5 }\n")
+        .warnings.size();
+  };
+  EXPECT_EQ(warnings(kMeasuredParticles), 0U);
+  EXPECT_EQ(warnings(kMeasuredParticles - 1), 1U);
+}
+
 TEST(Experiment, a_key_of_the_material_overrides_the_preset_wherever_it_stands) {
   const Experiment experiment = parsed(
       std::string(kLeast) + "[material]\nsize_exponent = 0.2\npreset = \"fontainebleau-ne34-literal\"\n");
@@ -341,6 +409,7 @@ TEST(ExperimentHash, every_field_that_can_change_a_result_changes_it) {
       [](Experiment& e) { e.material.roughness_n1 *= 2; },
       [](Experiment& e) { e.material.roughness_n2 *= 2; },
       [](Experiment& e) { e.material.wall_stiffness_factor *= 2; },
+      [](Experiment& e) { e.material.wall_friction += 0.1; },
       [](Experiment& e) { e.material.free_rotation = true; },
       [](Experiment& e) { e.material.limit_stress *= 2; },
       [](Experiment& e) { e.material.reference_diameter *= 2; },

@@ -325,7 +325,7 @@ struct Heap {
     breaking.assign(count, 0.0);
   }
 
-  ParticleSums run(const Kernels& kernels, CycleKind kind, double damping) {
+  ParticleSums run(const Kernels& kernels, CycleKind kind, double damping, bool rubs = false) {
     Contacts& contacts = specimen.contacts;
     ParticlePhase phase;
     phase.body = specimen.particles.body.data();
@@ -345,6 +345,14 @@ struct Heap {
     phase.mobilised_stress = specimen.particles.mobilised_stress.data();
     phase.breaking = breaking.data();
     std::copy(specimen.walls.position.begin(), specimen.walls.position.end(), phase.wall_position);
+    if (rubs) {
+      specimen.particles.wall_shear.resize(specimen.particles.size(),
+                                           {{{1e-4, -2e-4}, {0.5, 0.0}, {0.0, -1e-5}}});
+      phase.wall_shear = specimen.particles.wall_shear.data();
+    }
+    phase.wall_friction = 0.3;
+    phase.tangential_ratio = 0.9;
+    phase.last_drift = 1e-8;
     phase.law = model.view();
     phase.wall_modulus = model.wall_modulus;
     phase.local_damping = damping;
@@ -374,6 +382,14 @@ void expect_same_heaps(const Heap& a, const Heap& b, CycleKind kind) {
     ASSERT_EQ(bits(p.breaking_stress), bits(q.breaking_stress)) << "particle " << i;
     ASSERT_EQ(bits(a.specimen.particles.mobilised_stress[i]), bits(b.specimen.particles.mobilised_stress[i]));
     ASSERT_EQ(bits(a.breaking[i]), bits(b.breaking[i])) << "particle " << i;
+    ASSERT_EQ(a.specimen.particles.wall_shear.empty(), b.specimen.particles.wall_shear.empty());
+    if (!a.specimen.particles.wall_shear.empty()) {
+      const auto &left = a.specimen.particles.wall_shear[i].across,
+                 &right = b.specimen.particles.wall_shear[i].across;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t k = 0; k < 2; ++k)
+          ASSERT_EQ(bits(left[axis][k]), bits(right[axis][k])) << "particle " << i;
+    }
     for (const Heap* heap : {&a, &b}) {
       const ContactForce& left = heap->specimen.contacts.resultant[i];
       ASSERT_TRUE(left.x == 0.0 && left.y == 0.0 && left.z == 0.0 && left.stiffness == 0.0)
@@ -386,22 +402,25 @@ void expect_same_heaps(const Heap& a, const Heap& b, CycleKind kind) {
 }
 
 TEST_P(VectorKernels, particles_have_the_bits_of_the_plain_twin) {
-  int at_walls = 0, broke = 0;
+  int at_walls = 0, broke = 0, slid = 0;
   for (const Material& material : materials()) {
     const ContactModel model(material);
     for (const CycleKind kind : kinds()) {
       for (std::size_t count = 1; count <= 20; ++count) {
-        for (const double damping : {0.0, 0.7}) {
+        for (const auto& [damping, rubs] : {std::pair(0.0, false), {0.7, false}, {0.7, true}}) {
           Heap plain(model, count, 31 * count);
           Heap vector(model, count, 31 * count);
-          const ParticleSums expected = plain.run(portable_kernels(), kind, damping);
-          const ParticleSums sums = vector.run(*kernels_, kind, damping);
+          const ParticleSums expected = plain.run(portable_kernels(), kind, damping, rubs);
+          const ParticleSums sums = vector.run(*kernels_, kind, damping, rubs);
           ASSERT_NO_FATAL_FAILURE(expect_same_heaps(plain, vector, kind)) << count << " particles";
           for (std::size_t w = 0; w < 6; ++w) {
             EXPECT_EQ(expected.wall_force[w], sums.wall_force[w]);
             EXPECT_EQ(expected.wall_stiffness[w], sums.wall_stiffness[w]);
             at_walls += expected.wall_force[w] != 0;
           }
+          EXPECT_EQ(expected.tangential_work, sums.tangential_work);
+          EXPECT_EQ(expected.friction, sums.friction);
+          slid += expected.friction != 0;
           EXPECT_EQ(expected.damping, sums.damping);
           EXPECT_EQ(expected.list_ends, sums.list_ends);
           EXPECT_EQ(expected.resultant, sums.resultant);
@@ -414,7 +433,7 @@ TEST_P(VectorKernels, particles_have_the_bits_of_the_plain_twin) {
       }
     }
   }
-  EXPECT_TRUE(at_walls > 100 && broke > 10) << "some branch was not reached";
+  EXPECT_TRUE(at_walls > 100 && broke > 10 && slid > 100) << "some branch was not reached";
 }
 
 TEST_P(VectorKernels, see_a_position_that_is_no_longer_a_number) {

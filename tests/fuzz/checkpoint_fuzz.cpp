@@ -88,10 +88,10 @@ void append_number(std::string& out, std::uint64_t value) {
   put_number(out, out.size() - 8, value);
 }
 
-/// The section particles without its last number where that says that there are no spins: the digest of a
-/// specimen whose grains do not turn knows nothing of them.
-std::string_view digested_particles(const Container& container) {
-  constexpr std::uint64_t kFirstVersionWithSpins = 4;
+/// The section particles without the numbers that say that there are no spins and no forces of walls: the
+/// digest of a specimen whose grains neither turn nor are rubbed knows nothing of them.
+std::string digested_particles(const Container& container) {
+  constexpr std::uint64_t kFirstVersionWithSpins = 4, kFirstVersionWithWallShear = 7;
   const std::string& all = container.of("particles");
   if (container.version < kFirstVersionWithSpins) return all;
   Cutter cutter{all};
@@ -102,8 +102,15 @@ std::string_view digested_particles(const Container& container) {
     cutter.take(8 * size);
   }
   cutter.take(64 * count);  // bodies
-  const bool none = cutter.ok && cutter.bytes.size() == 8 && cutter.number() == 0;
-  return std::string_view(all).substr(0, all.size() - (none ? 8 : 0));
+  std::string digested = all.substr(0, all.size() - cutter.bytes.size());
+  const int lists = container.version < kFirstVersionWithWallShear ? 1 : 2;
+  for (int list = 0; list < lists && cutter.ok; ++list) {
+    const std::string_view before = cutter.bytes;
+    const std::uint64_t size = std::min<std::uint64_t>(cutter.number(), all.size());
+    cutter.take((list == 0 ? 24 : 48) * size);
+    if (size > 0 || !cutter.ok) digested += before.substr(0, before.size() - cutter.bytes.size());
+  }
+  return digested.append(cutter.bytes);
 }
 
 /// The section surroundings, likewise without the velocities of walls that follow where there are none.
@@ -123,8 +130,8 @@ std::string_view digested_surroundings(const Container& container) {
 /// The state digest that these sections call for: the numbers of the state in order, contacts by particle id.
 std::string digest_of(const Container& container) {
   Digest digest;
-  const std::string_view particles = digested_particles(container);
-  digest.add(particles);
+  const std::string particles = digested_particles(container);
+  digest.add(std::string_view(particles));
   Cutter ids{particles};
   const std::string_view id = ids.take(8 * std::min<std::uint64_t>(ids.number(), ids.bytes.size() / 8));
   Cutter shear{container.of("shear")};
@@ -168,7 +175,8 @@ std::string sealed(Container container) {
 }
 
 /// Three grains of a run, two contacts, one split, with the cursor in this act.
-std::string small_checkpoint(const std::string& scattered, Cursor::Act act, bool turning = false) {
+std::string small_checkpoint(const std::string& scattered, Cursor::Act act, bool turning = false,
+                             bool rubbed = false) {
   RunState state = *read_checkpoint(scattered);
   CheckpointInfo info = *read_checkpoint_info(scattered);
   Particles& particles = state.specimen.particles;
@@ -186,6 +194,7 @@ std::string small_checkpoint(const std::string& scattered, Cursor::Act act, bool
     particles.spin.assign(3, {1e3, 0.0, -0.5, 0.0});
     state.specimen.walls.carried = {-1e-3, 0.0, 0.0};
   }
+  if (rubbed) particles.wall_shear.assign(3, {{{0.5, -0.25}, {0.0, 0.0}, {1e-3, 0.0}}});
   state.cursor.act = act;
   state.cursor.stage = act == Cursor::Act::kPacking ? -1 : act == Cursor::Act::kLoading ? 0 : 1;
   info.state_digest = creep::digest_of(state);
@@ -226,6 +235,8 @@ std::vector<std::string> seeds() {
     all.push_back(small_checkpoint(scattered, act));
   }
   all.push_back(small_checkpoint(scattered, Cursor::Act::kDynamicStage, true));
+  all.push_back(small_checkpoint(scattered, Cursor::Act::kDynamicStage, false, true));
+  all.push_back(small_checkpoint(scattered, Cursor::Act::kLoading, true, true));
   for (const std::string& one : all) {
     CREEP_CHECK(sealed(*split(one)) == one, "the format has changed: teach split() and digest_of() above");
   }

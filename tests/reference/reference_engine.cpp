@@ -99,8 +99,36 @@ double Engine::wall_gap(std::size_t wall, const Grain& grain) const {
   return wall % 2 == 1 ? walls_[wall].position - along : along - walls_[wall].position;
 }
 
-void Engine::wall_forces(bool check, Loads& loads) {
+std::array<double, 2> Engine::wall_friction(double step, std::size_t index, std::size_t wall,
+                                            double normal_force, double normal_stiffness, Loads& loads) {
   const Material& material = experiment_.material;
+  const Grain& grain = grains_[index];
+  const double side = wall % 2 == 1 ? 1.0 : -1.0;
+  const auto first = static_cast<Eigen::Index>((wall / 2 + 1) % 3);
+  const auto second = static_cast<Eigen::Index>((wall / 2 + 2) % 3);
+  const auto known = wall_shear_.find({grain.id, wall});
+  const std::array<double, 2> old = known == wall_shear_.end() ? std::array<double, 2>{} : known->second;
+  const double arm = side * grain.radius;
+  const double slip[2] = {(0.0 - (grain.velocity[first] + arm * grain.spin[second])) * step,
+                          (0.0 - (grain.velocity[second] - arm * grain.spin[first])) * step};
+  const double stiffness = material.tangential_ratio() * normal_stiffness;
+  std::array<double, 2> shear = {old[0] + stiffness * slip[0], old[1] + stiffness * slip[1]};
+  const double squared = shear[0] * shear[0] + shear[1] * shear[1];
+  const double cap = material.wall_friction * normal_force;
+  if (squared > cap * cap) {
+    const double trial = std::sqrt(squared), scale = cap / trial;
+    shear = {shear[0] * scale, shear[1] * scale};
+    friction_ += quanta((trial - cap) * cap / stiffness, -70);
+  }
+  tangential_ += quanta(0.5 * ((old[0] + shear[0]) * slip[0] + (old[1] + shear[1]) * slip[1]), -70);
+  loads.couple[index][first] -= side * shear[1];
+  loads.couple[index][second] += side * shear[0];
+  return shear;
+}
+
+void Engine::wall_forces(double step, bool check, Loads& loads) {
+  const Material& material = experiment_.material;
+  decltype(wall_shear_) closed;
   const double modulus = material.reduced_modulus() * material.wall_stiffness_factor;
   for (std::size_t i = 0; i < grains_.size(); ++i) {
     const Grain& grain = grains_[i];
@@ -113,6 +141,12 @@ void Engine::wall_forces(bool check, Loads& loads) {
       const double prefactor = modulus * std::sqrt(grain.radius);
       const double force = prefactor * g, stiffness = prefactor * slope;
       of_walls[static_cast<Eigen::Index>(w / 2)] += w % 2 == 1 ? -force : force;
+      if (material.wall_friction > 0.0) {
+        const std::array<double, 2> shear = wall_friction(step, i, w, force, stiffness, loads);
+        of_walls[static_cast<Eigen::Index>((w / 2 + 1) % 3)] += shear[0];
+        of_walls[static_cast<Eigen::Index>((w / 2 + 2) % 3)] += shear[1];
+        closed[{grain.id, w}] = shear;
+      }
       loads.wall_stiffness[i] += stiffness;
       loads.wall_force[w] += quanta(force, -40);
       loads.wall_load[w] += quanta(stiffness, -20);
@@ -125,6 +159,7 @@ void Engine::wall_forces(bool check, Loads& loads) {
     }
     loads.force[i] += of_walls;  // after all neighbours
   }
+  wall_shear_ = std::move(closed);
 }
 
 void Engine::contact_forces(double step, bool check, Loads& loads) {
@@ -311,7 +346,7 @@ void Engine::cycle(const WallControl& control) {
   const double drift = time_step_, kick = 0.5 * (last_time_step_ + drift);
   Loads loads(grains_.size());
   contact_forces(last_time_step_, check, loads);
-  wall_forces(check, loads);
+  wall_forces(last_time_step_, check, loads);
   const std::array<Wall, 6> before = walls_;
   const double step = cycle_ % 50 == 0 ? stable_step(loads) : time_step_;
   book(loads, measure);
@@ -335,7 +370,7 @@ void Engine::cycle(const WallControl& control) {
 void Engine::assess() {
   Loads loads(grains_.size());
   contact_forces(0.0, false, loads);
-  wall_forces(false, loads);
+  wall_forces(0.0, false, loads);
   time_step_ = stable_step(loads);
   book(loads, true);
 }
@@ -407,6 +442,7 @@ void Engine::split(const std::set<std::uint64_t>& failed) {
     directions.push_back(loaded_direction(i));
   }
   grains_ = survivors;
+  std::erase_if(wall_shear_, [&](const auto& contact) { return failed.contains(contact.first.first); });
   std::erase_if(shear_, [&](const auto& contact) {
     return failed.contains(contact.first.first) || failed.contains(contact.first.second);
   });

@@ -51,6 +51,11 @@ class Engine {
   const std::vector<Grain>& grains() const { return grains_; }
   /// Force on the grain of lower id [N].
   const std::map<std::pair<std::uint64_t, std::uint64_t>, Eigen::Vector3d>& shear() const { return shear_; }
+  /// Of a wall on a grain, along the axes after the wall's, in turn [N]; by id of the grain and number of the
+  /// wall.
+  const std::map<std::pair<std::uint64_t, std::size_t>, std::array<double, 2>>& wall_shear() const {
+    return wall_shear_;
+  }
   const std::array<Wall, 6>& walls() const { return walls_; }
   const std::vector<Fines>& fines() const { return fines_; }
   double time_step() const { return time_step_; }
@@ -65,7 +70,9 @@ class Engine {
  private:
   struct Loads;  ///< forces and what is summed on the way
   void contact_forces(double step, bool check, Loads& loads);
-  void wall_forces(bool check, Loads& loads);
+  void wall_forces(double step, bool check, Loads& loads);
+  std::array<double, 2> wall_friction(double step, std::size_t index, std::size_t wall, double normal_force,
+                                      double normal_stiffness, Loads& loads);
   void book(const Loads& loads, bool measure);
   double stable_step(const Loads& loads) const;
   void move(const Loads& loads, double kick, double drift);
@@ -85,6 +92,7 @@ class Engine {
   LawTable table_;
   std::vector<Grain> grains_;
   std::map<std::pair<std::uint64_t, std::uint64_t>, Eigen::Vector3d> shear_;
+  std::map<std::pair<std::uint64_t, std::size_t>, std::array<double, 2>> wall_shear_;  // by grain and wall
   std::array<Wall, 6> walls_;
   std::array<double, 3> carried_{};
   std::vector<Fines> fines_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <ostream>
 
+#include "core/dem/particle_birth.h"
 #include "core/dem/shear_history.h"
 #include "core/dem/splitter.h"
 #include "tests/core/dem_scenes.h"
@@ -63,6 +64,24 @@ void expect_equal_shears(const Specimen& specimen, const reference::Engine& engi
   ASSERT_EQ(loaded, history.size());
 }
 
+void expect_equal_wall_shears(const Specimen& specimen, const reference::Engine& engine) {
+  const Particles& particles = specimen.particles;
+  std::size_t loaded = 0, rubbed = 0;
+  for (const WallShear& shear : particles.wall_shear)
+    for (const auto& wall : shear.across) loaded += wall[0] != 0.0 || wall[1] != 0.0 ? 1 : 0;
+  for (const auto& [contact, shear] : engine.wall_shear()) {
+    if (shear == std::array<double, 2>{}) continue;
+    ++rubbed;
+    const auto i = static_cast<std::size_t>(
+        std::lower_bound(particles.id.begin(), particles.id.end(), contact.first) - particles.id.begin());
+    ASSERT_LT(i, particles.wall_shear.size());
+    const auto& known = particles.wall_shear[i].across[contact.second / 2];
+    ASSERT_TRUE(same(known[0], shear[0]) && same(known[1], shear[1]))
+        << "grain " << contact.first << " at wall " << contact.second;
+  }
+  ASSERT_EQ(loaded, rubbed);
+}
+
 void expect_equal_surroundings(const Specimen& specimen, const reference::Engine& engine) {
   for (std::size_t w = 0; w < 6; ++w) {
     ASSERT_TRUE(same(specimen.walls.position[w], engine.walls()[w].position)) << "wall " << w;
@@ -102,6 +121,11 @@ std::vector<Scene> scenes() {
   all.back().material.friction = 0.0;
   all.push_back({"turning", sand});
   all.back().material.free_rotation = true;
+  all.push_back({"rubbed_by_walls", sand});
+  all.back().material.wall_friction = 0.2;
+  all.push_back({"turning_rubbed_by_walls", sand});
+  all.back().material.free_rotation = true;
+  all.back().material.wall_friction = 0.2;
   all.push_back({"tetrahedral_checked_every_7th", sand, 7});
   all.back().material.split_layout = SplitLayout::kTetrahedral;
   all.push_back({"cubic_with_fast_cracks", sand});
@@ -129,6 +153,7 @@ TEST_P(ReferenceEngine, crushes_like_the_product_bit_for_bit_for_1000_cycles) {
   experiment.numerics.failure_check_interval = GetParam().failure_check_interval;
   Dynamics dynamics(experiment, widest_kernels(), {});
   Specimen specimen = packed(experiment, dynamics);
+  let_walls_rub(specimen.particles, experiment.material);
   // Some grains start from rest, where local damping has no sign.
   for (std::size_t i = 0; i < specimen.particles.size(); i += 3) {
     Body& body = specimen.particles.body[i];
@@ -149,6 +174,7 @@ TEST_P(ReferenceEngine, crushes_like_the_product_bit_for_bit_for_1000_cycles) {
       SCOPED_TRACE(cycle);
       ASSERT_NO_FATAL_FAILURE(expect_equal_particles(specimen, engine));
       ASSERT_NO_FATAL_FAILURE(expect_equal_shears(specimen, engine));
+      ASSERT_NO_FATAL_FAILURE(expect_equal_wall_shears(specimen, engine));
       ASSERT_NO_FATAL_FAILURE(expect_equal_surroundings(specimen, engine));
     }
   }
@@ -158,6 +184,7 @@ TEST_P(ReferenceEngine, crushes_like_the_product_bit_for_bit_for_1000_cycles) {
   EXPECT_GE(specimen.broken_total, 5) << "the scene must crush to prove anything";
   double fastest = 0.0;
   for (const Spin& spin : specimen.particles.spin) fastest = std::max(fastest, std::fabs(spin.x));
+  EXPECT_EQ(engine.wall_shear().empty(), experiment.material.wall_friction == 0.0) << "or rub";
   EXPECT_EQ(fastest > 0.0, experiment.material.free_rotation) << "or turn";
 }
 

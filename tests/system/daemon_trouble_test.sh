@@ -58,6 +58,19 @@ expect_exit 0 creepctl logs "$id"
 expect_output "is set aside as bad."
 stop_daemon
 
+step "a power cut takes the folder of a queued job"
+start_daemon
+first=$(submit)
+second=$(submit)
+id=$(submit)
+wait_for 30 is "$second" RUNNING
+is "$id" QUEUED || fail "three jobs run in two slots"
+kill_daemon
+rm -r "$(folder_of "$id")"
+start_daemon
+for job_id in "$first" "$second" "$id"; do succeeded "$job_id"; done
+stop_daemon
+
 step "a stalled worker"
 start_daemon --checkpoint-interval 0.2 --stall-limit 3
 id=$(submit)

@@ -51,15 +51,28 @@ run_job() { "$bin/creepctl" run "${2:-$job}" --out "$1" --threads 1 "${@:3}"; }
 
 digest_of() { sed -nE 's/^  "state_digest": "([0-9a-f]{64})",$/\1/p' "$1/summary.json"; }
 
-# undisturbed: the run that all others are compared with, in $reference; its wall time in $reference_ms.
+# undisturbed: the run that all others are compared with, in $reference; its wall time in $reference_ms. On a fast machine
+# the job gets longer dynamic stages first, so that what is to strike it finds it still running.
 undisturbed() {
   reference=$work/reference
-  local started
-  started=$(date +%s%3N)
-  expect_exit 0 run_job "$reference"
-  reference_ms=$(($(date +%s%3N) - started))
+  local started TIMEFORMAT=%3U seconds tries
+  for ((tries = 1; tries <= 6; ++tries)); do
+    rm -rf "$reference"
+    started=$(date +%s%3N)
+    { time expect_exit 0 run_job "$reference" 2>&3; } 3>&2 2>"$work/seconds"
+    reference_ms=$(($(date +%s%3N) - started))
+    seconds=$(tail -n 1 "$work/seconds")
+    awk -v seconds="$seconds" 'BEGIN { exit seconds >= 1 }' || break
+    ((tries == 6)) || lengthen "$(awk -v seconds="$seconds" 'BEGIN { print 2 / (seconds + 0.01) }')"
+  done
   [[ -n $(digest_of "$reference") ]] || fail "no state_digest in summary.json"
   ls "$reference"/checkpoints/ck.* >/dev/null || fail "the tiny job is too short to make a checkpoint"
+}
+
+# lengthen FACTOR: the dynamic stages of the tiny job.
+lengthen() {
+  awk -v factor="$1" '/^minimum_cycles = / { $3 = int(factor * $3) } { print }' "$job" >"$work/longer.toml"
+  mv "$work/longer.toml" "$job"
 }
 
 # same_result FOLDER: bit for bit that of the undisturbed run, its records without a gap or a repeat.

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Cost against error of the methods of the on-off scheme; question and reading in README.md.
 
-  study.py OUT --bin BIN [--seeds N...] [--particles N] [--into FOLDER]
+  study.py OUT --bin BIN [--seeds N...] [--particles N] [--methods NAME...] [--into FOLDER] [--name N]
 
 Packs each seed once, starts every method from that checkpoint, goes on where it was stopped, and writes runs.csv,
-table.md and cost_error.svg.
+table.md and cost_error.svg, with --name as runs_N.csv and so on. Rows of a runs.csv there are kept unless they are
+measured again, so methods and seeds can be added. Where no run has the reference, errors are those from "near
+reference".
 """
 import argparse
 import csv
@@ -22,6 +24,7 @@ import measures  # noqa: E402
 
 FAST = {"minimum_cycles": 1000, "drift_tolerance": 0.1}
 ALL = FAST | {"inertia_scaling": '"all"'}
+SWIFT = {"loading_velocity": '"1 m/s"', "inertial_number_limit": 0.003}
 # The reference: half the step, one breakage a jump, every stage of full length and closer to equilibrium.
 METHODS = {
     "reference": {"time_step_safety": 0.35, "breakages_per_ageing": 1, "settle_tolerance": 0.002,
@@ -47,7 +50,21 @@ METHODS = {
     "all scaled, n_age 20": ALL | {"breakages_per_ageing": 20},
     "all scaled, adaptive 0.1": ALL | {"breakages_per_ageing": '"adaptive"', "ageing_error_tolerance": 0.1},
     "all scaled, adaptive 0.3": ALL | {"breakages_per_ageing": '"adaptive"', "ageing_error_tolerance": 0.3},
+    # What can be paid for where the reference cannot: its steps and breakages, but shorter stages.
+    "near reference": {"time_step_safety": 0.35, "breakages_per_ageing": 1, "settle_tolerance": 0.002,
+                       "unbalanced_tolerance": 1e-5, "minimum_cycles": 3000, "drift_tolerance": 0.03},
+    "all scaled, loading 0.3 m/s": ALL | {"loading_velocity": '"0.3 m/s"'},
+    "all scaled, loading 1 m/s, I < 0.003": ALL | SWIFT,
+    "all scaled, loading 1 m/s, I < 0.003, cycles 300": ALL | SWIFT | {"minimum_cycles": 300},
+    "all scaled, loading 1 m/s, I < 0.003, n_age 1": ALL | SWIFT | {"breakages_per_ageing": 1},
+    "all scaled, loading 1 m/s, I < 0.003, cycles 300, n_age 1":
+        ALL | SWIFT | {"minimum_cycles": 300, "breakages_per_ageing": 1},
+    "all scaled, loading 1 m/s, I < 0.003, cycles 300, adaptive 0.3":
+        ALL | SWIFT | {"minimum_cycles": 300, "breakages_per_ageing": '"adaptive"', "ageing_error_tolerance": 0.3},
 }
+# What a job file calls a method (core/experiment/fidelity.cpp).
+FIDELITIES = {"all scaled, loading 1 m/s, I < 0.003, cycles 300, n_age 1": "balanced",
+              "all scaled, loading 1 m/s, I < 0.003, cycles 300": "fast"}
 # Column, meaning, and how far one seed lies from another is what an error is held against.
 QUANTITIES = {
     "e_before": "void ratio before creep",
@@ -60,6 +77,8 @@ QUANTITIES = {
     "jumps": "ageing jumps",
     "ripple": "largest ripple, %",
 }
+# What the error of a fidelity is stated in.
+STATED = ("e_before", "strain_600", "strain_1e4", "strain_end")
 T_95 = {1: 12.71, 2: 4.30, 3: 3.18, 4: 2.78, 5: 2.57, 6: 2.45, 7: 2.36, 8: 2.31, 9: 2.26}
 
 
@@ -128,8 +147,17 @@ def differences(rows, method, against, name):
             and row.get(name) is not None and of.get(row["seed"]) is not None]
 
 
+def reference_of(rows):
+    """The method from which errors are counted."""
+    return "reference" if any(row["method"] == "reference" for row in rows) else "near reference"
+
+
+def reference_values(rows, name):
+    return [row[name] for row in rows if row["method"] == reference_of(rows) and row.get(name) is not None]
+
+
 def spread(rows, name):
-    values = [row[name] for row in rows if row["method"] == "reference" and row.get(name) is not None]
+    values = reference_values(rows, name)
     return statistics.stdev(values) if len(values) > 1 else float("nan")
 
 
@@ -145,52 +173,76 @@ def cost(rows, method, name="particle_steps"):
     return math.exp(statistics.fmean(math.log(value) for value in values)) if values else None
 
 
+def completed(rows, method):
+    return sum(row["method"] == method and row["outcome"] == "completed" for row in rows)
+
+
+def cheaper(rows, method):
+    """Particle-steps of "paper" over those of the method, on the seeds that both have."""
+    of = {row["seed"]: row["particle_steps"] for row in rows if row["method"] == "paper" and row.get("particle_steps")}
+    ratios = [of[row["seed"]] / row["particle_steps"] for row in rows
+              if row["method"] == method and row.get("particle_steps") and row["seed"] in of]
+    return math.exp(statistics.fmean(math.log(ratio) for ratio in ratios))
+
+
 def worst(rows, method):
     """Largest |mean difference| of strains and void ratio, in seed standard deviations; and whether all intervals of
     all quantities lie within one."""
     sizes, within = [], True
     for name in QUANTITIES:
-        mean, half = interval(differences(rows, method, "reference", name))
+        mean, half = interval(differences(rows, method, reference_of(rows), name))
         deviation = spread(rows, name)
-        if name in ("e_before", "strain_600", "strain_1e4", "strain_end"):
+        if name in STATED:
             sizes.append(abs(mean) / deviation)
         within = within and abs(mean) + half <= deviation
     return max(sizes), within
 
 
+def stated_error(rows, method):
+    """Largest far end of the 95 % interval of void ratio and strains, over their mean [%]."""
+    ends = []
+    for name in STATED:
+        mean, half = interval(differences(rows, method, reference_of(rows), name))
+        ends.append((abs(mean) + half) / statistics.fmean(reference_values(rows, name)))
+    return 100 * max(ends)
+
+
+def label(method):
+    return f"{FIDELITIES[method]}: {method}" if method in FIDELITIES else method
+
+
 def write_table(rows, path):
-    base = cost(rows, "paper")
-    lines = ["| method | cheaper than `paper` | " + " | ".join(QUANTITIES.values()) + " | all within one seed deviation |",
-             "|---" * (len(QUANTITIES) + 3) + "|"]
-    reference = [row for row in rows if row["method"] == "reference"]
+    reference = reference_of(rows)
+    lines = ["| method | seeds | cheaper than `paper` | " + " | ".join(QUANTITIES.values())
+             + " | all within one seed deviation | stated error, % |", "|---" * (len(QUANTITIES) + 5) + "|"]
     cells = []
     for name in QUANTITIES:
-        values = [row[name] for row in reference if row.get(name) is not None]
-        cells.append(f"{statistics.fmean(values):.4g} ({spread(rows, name):.2g})")
-    lines.append(f"| reference: mean (seed deviation) | {base / cost(rows, 'reference'):.2g} | " + " | ".join(cells) + " | |")
+        cells.append(f"{statistics.fmean(reference_values(rows, name)):.4g} ({spread(rows, name):.2g})")
+    lines.append(f"| {reference}: mean (seed deviation) | {completed(rows, reference)} | {cheaper(rows, reference):.2g} | " + " | ".join(cells) + " | | |")
     for method in METHODS:
-        if method == "reference" or cost(rows, method) is None:
+        if method == reference or cost(rows, method) is None:
             continue
         cells = []
         for name in QUANTITIES:
-            mean, half = interval(differences(rows, method, "reference", name))
+            mean, half = interval(differences(rows, method, reference, name))
             cells.append(f"{mean:+.2g} ± {half:.2g}")
         _, within = worst(rows, method)
         stopped = sum(row["method"] == method and row["outcome"] != "completed" for row in rows)
-        name = f"{method} ({stopped} runs stopped by a guard, left out)" if stopped else method
-        lines.append(f"| {name} | {base / cost(rows, method):.3g} | " + " | ".join(cells) + f" | {'yes' if within else 'no'} |")
+        name = f"{label(method)} ({stopped} runs stopped by a guard, left out)" if stopped else label(method)
+        lines.append(f"| {name} | {completed(rows, method)} | {cheaper(rows, method):.3g} | " + " | ".join(cells)
+                     + f" | {'yes' if within else 'no'} | {stated_error(rows, method):.2g} |")
     path.write_text("\n".join(lines) + "\n")
 
 
 def write_chart(rows, path):
     points = [(cost(rows, method), max(worst(rows, method)[0], 1e-3), method) for method in METHODS
-              if method != "reference" and cost(rows, method) and math.isfinite(worst(rows, method)[0])]
+              if method != reference_of(rows) and cost(rows, method) and math.isfinite(worst(rows, method)[0])]
     left, right = math.log10(min(p[0] for p in points)) - 0.1, math.log10(max(p[0] for p in points)) + 0.2
     low, high = math.log10(min(p[1] for p in points)) - 0.15, max(0.2, math.log10(max(p[1] for p in points)) + 0.15)
     x = lambda value: 80 + 800 * (math.log10(value) - left) / (right - left)
     y = lambda value: 560 - 510 * (math.log10(value) - low) / (high - low)
-    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="1130" height="640" font-family="DejaVu Sans, sans-serif" '
-             'font-size="12"><rect width="1130" height="640" fill="white"/>',
+    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="1330" height="640" font-family="DejaVu Sans, sans-serif" '
+             'font-size="12"><rect width="1330" height="640" fill="white"/>',
              '<rect x="80" y="50" width="800" height="510" fill="none" stroke="#444"/>']
     for decade in range(math.ceil(left), math.floor(right) + 1):
         parts.append(f'<line x1="{x(10**decade):.1f}" x2="{x(10**decade):.1f}" y1="50" y2="560" stroke="#ddd"/>'
@@ -209,17 +261,37 @@ def write_chart(rows, path):
                  + " ".join(f"{x(c):.1f},{y(e):.1f}" for c, e, _ in front) + '"/>')
     # Numbers, with their names beside the chart: many points lie close together.
     for place, (c, e, method) in enumerate(sorted(points), 1):
-        colour = "#c60" if method == "paper" else "#069" if (c, e, method) in front else "#777"
+        colour = "#c60" if method == "paper" or method in FIDELITIES else "#069" if (c, e, method) in front else "#777"
         parts.append(f'<circle cx="{x(c):.1f}" cy="{y(e):.1f}" r="4" fill="{colour}"/>'
                      f'<text x="{x(c):.1f}" y="{y(e) - 7 if place % 2 else y(e) + 16:.1f}" text-anchor="middle" '
                      f'fill="{colour}" font-size="10.5">{place}</text>'
-                     f'<text x="900" y="{52 + 22 * place}" fill="{colour}">{place}  {method}</text>')
+                     f'<text x="900" y="{46 + 19 * place}" fill="{colour}">{place}  {label(method).replace("<", "&lt;")}</text>')
     parts.append('<text x="480" y="612" text-anchor="middle">cost: particle-steps of loading and two days of creep</text>'
                  '<text x="24" y="305" text-anchor="middle" transform="rotate(-90 24 305)">error: largest mean deviation from '
-                 'the reference, in seed standard deviations</text>'
+                 'the '
+                 f'{reference_of(rows)}, in seed standard deviations</text>'
                  '<text x="80" y="34" font-size="15">Cost against error: void ratio before creep, creep strain at 600 s, 1e4 s '
                  'and 2 d</text></svg>')
     path.write_text("\n".join(parts) + "\n")
+
+
+def read_rows(path):
+    """By method and seed; none if there is no such file yet."""
+    rows = {}
+    for text in csv.DictReader(path.read_text().splitlines()) if path.exists() else []:
+        row = {name: float(value) for name, value in text.items() if value and name not in ("method", "outcome")}
+        row |= {"method": text["method"], "seed": int(text["seed"]), "outcome": text["outcome"]}
+        rows[row["method"], row["seed"]] = row
+    return rows
+
+
+def write_rows(rows, path):
+    columns = ["method", "seed", "outcome", *QUANTITIES, "particle_steps", "seconds"]
+    with open(path, "w", newline="") as file:
+        writer = csv.DictWriter(file, columns, restval="", extrasaction="ignore", lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row.items()})
 
 
 def main():
@@ -228,25 +300,25 @@ def main():
     parser.add_argument("--bin", type=pathlib.Path, required=True, help="folder of creepctl and creep-worker")
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3, 4, 5])
     parser.add_argument("--particles", type=int, default=800)
+    parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="NAME")
     parser.add_argument("--into", type=pathlib.Path, help="folder for table, csv and chart (default: OUT)")
+    parser.add_argument("--name", default="", help="what the names of the files written end in")
     options = parser.parse_args()
     options.out, options.bin = options.out.resolve(), options.bin.resolve()
-    into = options.into or options.out
+    into, ending = options.into or options.out, f"_{options.name}" if options.name else ""
     options.out.mkdir(parents=True, exist_ok=True)
-    rows = []
+    rows = read_rows(into / f"runs{ending}.csv")
     for seed in options.seeds:
         trunk = compute(options, f"trunk_{seed}", packing_text(options.particles, seed))
-        for method, settings in METHODS.items():
+        for method in options.methods:
             name = f"{re.sub('[^a-z0-9_.-]+', '_', method)}_{seed}"
-            rows.append(row_of(options, method, seed, compute(options, name, method_text(trunk, settings))))
-    columns = ["method", "seed", "outcome", *QUANTITIES, "particle_steps", "seconds"]
-    with open(into / "runs.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, columns, restval="", extrasaction="ignore", lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            writer.writerow({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row.items()})
-    write_table(rows, into / "table.md")
-    write_chart(rows, into / "cost_error.svg")
+            folder = compute(options, name, method_text(trunk, METHODS[method]))
+            rows[method, seed] = row_of(options, method, seed, folder)
+    order = sorted(rows, key=lambda key: (key[1], list(METHODS).index(key[0])))
+    rows = [rows[key] for key in order]
+    write_rows(rows, into / f"runs{ending}.csv")
+    write_table(rows, into / f"table{ending}.md")
+    write_chart(rows, into / f"cost_error{ending}.svg")
 
 
 if __name__ == "__main__":

@@ -39,7 +39,11 @@ VARIANTS = {
     "layout_cubic": ("material", "split_layout", '"cubic"'),
     "layout_tetrahedral": ("material", "split_layout", '"tetrahedral"'),
     "strength_floor_0.2": ("material", "strength_floor", "0.2"),
+    # Between the two presets, and the default a tenth weaker: what would bring e to the paper's.
+    "size_exponent_0.2": ("material", "size_exponent", "0.2"),
+    "strength_less_10_percent": ("material", "limit_stress", '"3.375 GPa"'),
     "rigid_walls": ("material", "wall_stiffness_factor", "2.0"),
+    "wall_friction_0.275": ("material", "wall_friction", "0.275"),
     "damping_0.3": ("numerics", "local_damping", "0.3"),
     "loading_0.3_m_s": ("numerics", "loading_velocity", '"0.3 m/s"'),
     "loading_0.03_m_s": ("numerics", "loading_velocity", '"0.03 m/s"'),

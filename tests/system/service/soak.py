@@ -81,6 +81,7 @@ class Soak:
             summary = json.loads((Path(folder) / "summary.json").read_text())
             self.references.append(Reference(Path(folder), summary["state_digest"]))
         self.jobs = {}
+        self.jobs_made = 0
         self.deleted = {}
         self.unanswered = []  # orders of jobs that may be there or not
         self.kills = Counter()  # of a job's worker
@@ -171,6 +172,7 @@ class Soak:
             raise Broken(f"job {message.id} was deleted and is there again")
         if message.id not in self.jobs:
             self.jobs[message.id] = job = Job(message.id, order)
+            self.jobs_made += 1
             if self.random.random() < 0.5:
                 self.watch_job(job, 0)
         self.jobs[message.id].history.add_answer(message, order.method)
@@ -502,7 +504,7 @@ def main():
         for process in soak.daemon.workers().values():
             soak.daemon.kill_worker(process)
     print(f"seed {options.seed}: {dict(soak.counts)}")
-    print(f"{sum(soak.counts.values())} operations, {len(soak.deleted) + len(soak.jobs)} jobs, "
+    print(f"{sum(soak.counts.values())} operations, {soak.jobs_made} jobs, "
           f"checked {dict(soak.outcomes)}; daemon ended {soak.daemon_ends} times, at most "
           f"{soak.most_memory >> 20} MiB resident and {soak.most_files} open files; "
           f"{time.monotonic() - soak.started:.0f} s")

@@ -1,0 +1,205 @@
+#!/usr/bin/env python3
+"""The ten triaxial creep tests of the paper's Table 2; question and reading in README.md.
+
+  study.py OUT run    [--particles N] [--seeds N...] --bin BIN [--threads N]   computes what is not done yet, seed by seed
+  study.py OUT tables [--particles N] [--seeds N...] --bin BIN [--into FOLDER] runs_N.csv, table_N.md and figures of what is done
+
+One specimen a seed is compressed and sheared, with a checkpoint at each 0.05 q_max, and serves all ten tests.
+"""
+import argparse
+import csv
+import math
+import pathlib
+import statistics
+import subprocess
+import sys
+
+sys.dont_write_bytecode = True  # the source folder stays as it is
+here = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(here.parent / "calibration"))
+import measures  # noqa: E402
+import tables  # noqa: E402
+
+Q_MAX = 22.6  # [MPa], the paper's
+STEP = 0.05
+# q / q_max: (m, rate at 10 min [%/min]); Lei et al., Table 2
+PAPER = {0.2: (0.7713, 0.00043), 0.3: (0.7356, 0.0010), 0.4: (0.7903, 0.0017), 0.5: (0.7484, 0.0038), 0.6: (0.7353, 0.0086),
+         0.7: (0.7246, 0.0263), 0.75: (0.7360, 0.0558), 0.8: (0.7238, 0.1247), 0.85: (0.723, 0.30), 0.9: (0.7251, 0.855)}
+COLUMNS = ("outcome", "jumps", "creep_strain_percent", "contraction_percent", "grading_index_change", "m",
+           "rate_10_min_percent_per_min", "ripple_percent")
+
+TRUNK = """[specimen]
+particles = {particles}
+grading = {{ preset = "fontainebleau-ne34" }}
+void_ratio = 0.65
+seed = {seed}
+
+[[program]]
+stage = "isotropic"
+until = {{ mean_stress = "10 MPa" }}
+
+[[program]]
+stage = "triaxial"
+until = {{ deviatoric_stress = "{most:.6g} MPa" }}
+axial_velocity = "0.1 m/s"
+keep = {{ every_deviatoric_stress = "{step:.6g} MPa" }}
+
+[numerics]
+fidelity = "balanced"
+"""
+CREEP = """[start]
+job = "{source}"
+checkpoint = "02_triaxial_deviatoric_stress_{stress:.6g}MPa"
+
+[[program]]
+stage = "creep"
+deviatoric_stress = "{stress:.6g} MPa"
+duration = "10000 s"
+"""
+
+
+def trunk_of(options, seed):
+    return options.out / f"{options.particles}" / f"seed_{seed}" / "sheared"
+
+
+def run_job(options, folder, text):
+    """True once the job is done."""
+    if measures.is_done(folder):
+        return True
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    job = folder.parent / f"{folder.name}.toml"
+    job.write_text(text)
+    with open(folder.parent / f"{folder.name}.log", "a") as log:
+        subprocess.run([options.bin / "creepctl", "run", job, "--out", folder, "--threads", str(options.threads)], stdout=log,
+                       stderr=log, check=False)
+    print(f"{folder}: {measures.status(folder)}", flush=True)
+    return measures.is_done(folder)
+
+
+def run(options):
+    failed = 0
+    for seed in options.seeds:
+        trunk = trunk_of(options, seed)
+        # A little beyond the last stress that a checkpoint is kept at.
+        text = TRUNK.format(particles=options.particles, seed=seed, most=0.905 * Q_MAX, step=STEP * Q_MAX)
+        if not run_job(options, trunk, text):
+            failed += 1
+            continue
+        for ratio in PAPER:
+            text = CREEP.format(source="sheared", stress=ratio * Q_MAX)
+            failed += not run_job(options, trunk.parent / f"q_{ratio}", text)
+    return 1 if failed else 0
+
+
+def rows_of(options):
+    rows = []
+    for seed in options.seeds:
+        for ratio in PAPER:
+            folder = trunk_of(options, seed).parent / f"q_{ratio}"
+            if measures.is_done(folder):
+                rows.append({"q_ratio": ratio, "seed": seed} | measures.of_run(f"creep/q_{ratio}/seed_{seed}", folder, options.bin))
+    return rows
+
+
+def spread(rows, name):
+    values = [row[name] for row in rows if row.get(name) is not None]
+    if not values:
+        return "-"
+    return f"{statistics.fmean(values):.3g}" + (f" ± {statistics.stdev(values):.2g}" if len(values) > 1 else " (one)")
+
+
+def factor(rows, paper):
+    """Geometric mean of rate over the paper's, with the factor of its spread."""
+    logs = [math.log(row["rate_10_min_percent_per_min"] / paper) for row in rows if row.get("rate_10_min_percent_per_min")]
+    if not logs:
+        return "-"
+    return f"{math.exp(statistics.fmean(logs)):.2f}" + (f" (× or ÷ {math.exp(statistics.stdev(logs)):.2f})" if len(logs) > 1 else "")
+
+
+def write_table(options, rows, path):
+    lines = ["| q/q_max | seeds; of these failed in creep | m | paper | rate at 10 min, %/min | paper | over the paper's | creep strain, % | "
+             "volumetric over axial strain | change of I_G | jumps | ripple, % |", "|---" * 12 + "|"]
+    for ratio, (m, rate) in PAPER.items():
+        of = [row for row in rows if row["q_ratio"] == ratio]
+        if not of:
+            continue
+        for row in of:
+            row["ratio_of_strains"] = row["contraction_percent"] / row["creep_strain_percent"]
+        failed = sum(row["outcome"] == "creep failure" for row in of)
+        lines.append(f"| {ratio} | {len(of)}; {failed} | {spread(of, 'm')} | {m} | {spread(of, 'rate_10_min_percent_per_min')} | {rate} | "
+                     f"{factor(of, rate)} | {spread(of, 'creep_strain_percent')} | {spread(of, 'ratio_of_strains')} | "
+                     f"{spread(of, 'grading_index_change')} | {spread(of, 'jumps')} | {spread(of, 'ripple_percent')} |")
+    path.write_text("\n".join(lines) + "\n")
+
+
+def draw_rates(rows, path):
+    """Rate at 10 min over q/q_max, log: every seed a dot, the paper's a line."""
+    width, height, left, right, bottom, top, low, high = 640, 420, 70, 150, 50, 20, -4, 1
+    x_of = lambda ratio: left + (width - left - right) * (ratio - 0.15) / 0.8
+    y_of = lambda rate: height - bottom - (height - bottom - top) * (min(max(math.log10(rate), low), high) - low) / (high - low)
+    out = tables.frame(width, height, "q / q_max", "axial strain rate at 10 min, %/min")
+    out.append(f'<path d="M{left} {top}V{height - bottom}H{width - right}" fill="none" stroke="black"/>')
+    for decade in range(low, high + 1):
+        out.append(f'<text x="{left - 6}" y="{y_of(10.0 ** decade) + 4:.1f}" text-anchor="end">1e{decade}</text>')
+    for ratio in PAPER:
+        if round(20 * ratio) % 2 == 0:
+            out.append(f'<text x="{x_of(ratio):.1f}" y="{height - bottom + 18}" text-anchor="middle">{ratio}</text>')
+    points = " ".join(f"{x_of(ratio):.1f},{y_of(rate):.1f}" for ratio, (_, rate) in PAPER.items())
+    out.append(f'<polyline points="{points}" fill="none" stroke="{tables.COLOURS[1]}" stroke-width="2"/>')
+    out += [f'<circle cx="{x_of(row["q_ratio"]):.1f}" cy="{y_of(row["rate_10_min_percent_per_min"]):.1f}" r="4" fill="none" '
+            f'stroke="{tables.COLOURS[0]}" stroke-width="1.5"/>' for row in rows if row.get("rate_10_min_percent_per_min")]
+    for k, (text, colour) in enumerate((("paper, Table 2", tables.COLOURS[1]), ("creepd, a dot a seed", tables.COLOURS[0]))):
+        out.append(f'<text x="{width - right + 8}" y="{top + 12 + 18 * k}" fill="{colour}">{text}</text>')
+    path.write_text("\n".join(out + ["</svg>\n"]))
+
+
+def write_tables(options):
+    rows = rows_of(options)
+    if not rows:
+        print("nothing is done yet", file=sys.stderr)
+        return 1
+    into = options.into or options.out
+    into.mkdir(parents=True, exist_ok=True)
+    n = options.particles
+    write_table(options, rows, into / f"table_{n}.md")
+    draw_rates(rows, into / f"rates_{n}.svg")
+    for row in rows:
+        row["run"] = f"creep/q_{row['q_ratio']}/seed_{row['seed']}"
+    tables.draw_creep([row | {"run": f"{n}/q_{row['q_ratio']}/seed_{row['seed']}"} for row in rows], f"{n}", Links(options),
+                      into / f"creep_{n}.svg")
+    with open(into / f"runs_{n}.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, ["q_ratio", "seed", *COLUMNS], extrasaction="ignore", lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({name: f"{value:.6g}" if isinstance(value, float) else value for name, value in row.items()})
+    print(into / f"table_{n}.md")
+    return 0
+
+
+class Links:
+    """The folder of a run by the name that the figure knows it by."""
+
+    def __init__(self, options):
+        self.options = options
+
+    def __truediv__(self, run):
+        _, ratio, seed = run.split("/")
+        return self.options.out / f"{self.options.particles}" / seed / ratio
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("what", choices=("run", "tables"))
+    parser.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
+    parser.add_argument("--particles", type=int, default=11500)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--into", type=pathlib.Path, help="folder for tables and figures (default: OUT)")
+    options = parser.parse_args()
+    options.out, options.bin = options.out.resolve(), options.bin.resolve()
+    return {"run": run, "tables": write_tables}[options.what](options)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
