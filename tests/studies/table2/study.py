@@ -153,6 +153,31 @@ def draw_rates(rows, path):
     path.write_text("\n".join(out + ["</svg>\n"]))
 
 
+def draw_strains(options, rows, path):
+    """Creep strain over creep time, both log, a line a run, a colour a stress ratio."""
+    width, height, left, right, bottom, top = 760, 480, 60, 90, 50, 20
+    low, high, least, most = -3, 4, -3, 1.5  # of log10 s, log10 %
+    x_of = lambda seconds: left + (width - left - right) * (math.log10(seconds) - low) / (high - low)
+    y_of = lambda strain: height - bottom - (height - bottom - top) * (min(math.log10(strain), most) - least) / (most - least)
+    out = tables.frame(width, height, "creep time, s", "axial creep strain, %")
+    out.append(f'<path d="M{left} {top}V{height - bottom}H{width - right}" fill="none" stroke="black"/>')
+    out += [f'<text x="{x_of(10.0 ** d):.1f}" y="{height - bottom + 18}" text-anchor="middle">1e{d}</text>' for d in range(low, high + 1)]
+    out += [f'<text x="{left - 6}" y="{y_of(10.0 ** d) + 4:.1f}" text-anchor="end">1e{d}</text>' for d in range(least, 2)]
+    ratios, ends = list(PAPER), {}
+    for row in rows:
+        curve = tables.creep_curve(trunk_of(options, row["seed"]).parent / f"q_{row['q_ratio']}")
+        curve = [(t, strain) for t, strain in curve if t >= 10.0 ** low and strain > 10.0 ** least]
+        if not curve:
+            continue
+        colour = f"hsl({270 * (1 - ratios.index(row['q_ratio']) / (len(ratios) - 1)):.0f},70%,45%)"
+        points = " ".join(f"{x_of(t):.1f},{y_of(strain):.1f}" for t, strain in curve)
+        out.append(f'<polyline points="{points}" fill="none" stroke="{colour}"/>')
+        ends.setdefault(row["q_ratio"], (colour, []))[1].append(y_of(curve[-1][1]))
+    for ratio, (colour, heights) in ends.items():
+        out.append(f'<text x="{width - right + 6}" y="{statistics.fmean(heights) + 4:.1f}" fill="{colour}">{ratio}</text>')
+    path.write_text("\n".join(out + ["</svg>\n"]))
+
+
 def write_tables(options):
     rows = rows_of(options)
     if not rows:
@@ -163,10 +188,7 @@ def write_tables(options):
     n = options.particles
     write_table(options, rows, into / f"table_{n}.md")
     draw_rates(rows, into / f"rates_{n}.svg")
-    for row in rows:
-        row["run"] = f"creep/q_{row['q_ratio']}/seed_{row['seed']}"
-    tables.draw_creep([row | {"run": f"{n}/q_{row['q_ratio']}/seed_{row['seed']}"} for row in rows], f"{n}", Links(options),
-                      into / f"creep_{n}.svg")
+    draw_strains(options, rows, into / f"creep_{n}.svg")
     with open(into / f"runs_{n}.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, ["q_ratio", "seed", *COLUMNS], extrasaction="ignore", lineterminator="\n")
         writer.writeheader()
@@ -174,17 +196,6 @@ def write_tables(options):
             writer.writerow({name: f"{value:.6g}" if isinstance(value, float) else value for name, value in row.items()})
     print(into / f"table_{n}.md")
     return 0
-
-
-class Links:
-    """The folder of a run by the name that the figure knows it by."""
-
-    def __init__(self, options):
-        self.options = options
-
-    def __truediv__(self, run):
-        _, ratio, seed = run.split("/")
-        return self.options.out / f"{self.options.particles}" / seed / ratio
 
 
 def main():
