@@ -24,8 +24,8 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::Event> {
               std::string job, std::uint64_t after_seq)
       : hub(hub), context(context), caller(std::move(caller)), job(std::move(job)), last_seq(after_seq) {}
 
-  void OnWriteDone(bool ok) override { news(false, !ok); }
-  void OnCancel() override { news(in_flight, true); }
+  void OnWriteDone(bool ok) override { news(true, !ok); }
+  void OnCancel() override { news(false, true); }
   void OnDone() override {
     {
       const std::lock_guard lock(hub.mutex_);
@@ -53,10 +53,10 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::Event> {
   bool due = true;
 
  private:
-  void news(bool still_in_flight, bool is_gone) {
+  void news(bool landed, bool is_gone) {
     {
       const std::lock_guard lock(hub.mutex_);
-      in_flight = still_in_flight;
+      in_flight = in_flight && !landed;
       gone = gone || is_gone;
       due = true;
     }
