@@ -172,9 +172,10 @@ def draw_strains(options, rows, path):
         colour = f"hsl({270 * (1 - ratios.index(row['q_ratio']) / (len(ratios) - 1)):.0f},70%,45%)"
         points = " ".join(f"{x_of(t):.1f},{y_of(strain):.1f}" for t, strain in curve)
         out.append(f'<polyline points="{points}" fill="none" stroke="{colour}"/>')
-        ends.setdefault(row["q_ratio"], (colour, []))[1].append(y_of(curve[-1][1]))
-    for ratio, (colour, heights) in ends.items():
-        out.append(f'<text x="{width - right + 6}" y="{statistics.fmean(heights) + 4:.1f}" fill="{colour}">{ratio}</text>')
+        ends.setdefault(row["q_ratio"], (colour, []))[1].append((x_of(curve[-1][0]), y_of(curve[-1][1])))
+    for ratio, (colour, points) in ends.items():
+        x, y = max(x for x, _ in points), statistics.fmean(y for _, y in points)
+        out.append(f'<text x="{x + 6:.1f}" y="{y + 4:.1f}" fill="{colour}">{ratio}</text>')
     path.write_text("\n".join(out + ["</svg>\n"]))
 
 
