@@ -26,7 +26,8 @@ class FetchStream final : public grpc::ServerWriteReactor<v1::ArtifactChunk> {
     if (counted_) --transfers_;
   }
 
-  /// False if there are too many already. One that is refused is not counted: it would shut out those that fit.
+  /// False if there are too many already. One that is refused is not counted: it would shut out those that
+  /// fit.
   bool admit() {
     counted_ = transfers_.fetch_add(1) < kMostTransfers;
     if (!counted_) --transfers_;
