@@ -106,6 +106,12 @@ fork=$(creepctl fork "$id")
 cancelled=$(creepctl submit "$job" --priority 5 2>/dev/null)
 expect_exit 1 creepctl delete "$cancelled"
 expect_output "cancel it first"
+# All that is wrong is told: a checkpoint that is missing hides no other mistake.
+expect_exit 5 creepctl fork "$cancelled"
+expect_output "the job has no checkpoint yet"
+expect_exit 5 creepctl fork "$cancelled" --set foo=1
+expect_output "the job has no checkpoint yet"
+expect_output "unknown key \"foo\""
 # The answer to a submission says where in the queue the job stands.
 waiting=$(creepctl submit "$job" --priority -5 --request-id waits --json)
 grep -qE '"queue_position": "?[1-9]' <<<"$waiting" || fail "no place in the queue: $waiting"
@@ -137,6 +143,8 @@ expect_exit 5 creepctl submit "$job" --label Bad=1
 expect_exit 0 creepctl submit "$job" --validate-only
 expect_exit 2 creepctl submit "$job" --label none
 expect_exit 2 creepctl ls --limit -3
+expect_exit 2 creepctl ls --limit 0
+[[ $(creepctl ls -q --limit 1 | wc -l) == 1 ]] || fail "ls --limit 1"
 expect_exit 2 creepctl watch "$id" --after -1
 for option in --memory --least-free --max-jobs --slots --stall-limit; do
   expect_exit 2 "$bin/creepd" --state "$work/never" "$option" -1
@@ -144,6 +152,11 @@ done
 # More than 32 bits, which cut short would be another user, root here.
 expect_exit 2 "$bin/creepd" --state "$work/never" --allow-user 4294967296
 expect_exit 2 "$bin/creepd" --state "$work/never" --allow-user 4294967295
+# As which the kernel names everybody whom the user namespace of creepd does not know.
+for user in "$(</proc/sys/kernel/overflowuid)" nobody; do
+  expect_exit 2 "$bin/creepd" --state "$work/never" --allow-user "$user"
+  expect_output "whose number it cannot map"
+done
 [[ ! -e "$work/never" ]] || fail "a refused option left a state folder"
 expect_exit 2 creepctl ls --server nowhere
 expect_exit 2 creepctl wait "$id" --timeout soon
