@@ -71,7 +71,7 @@ bool conclude_by_verdict(Job& job, const AttemptEnd& end) {
   if (!end.exit_code) return false;
   const std::string said =
       end.verdict
-          ? absl::StrCat(end.verdict->reason, end.verdict->advice.empty() ? "" : " ", end.verdict->advice)
+          ? absl::StrCat(end.verdict->reason, end.verdict->advice.empty() ? "" : ". ", end.verdict->advice)
           : absl::StrCat("exit code ", *end.exit_code);
   const std::string outcome = end.verdict ? end.verdict->outcome : "";
   switch (*end.exit_code) {
@@ -84,8 +84,14 @@ bool conclude_by_verdict(Job& job, const AttemptEnd& end) {
       become(job, JobState::kFailed, StateReason::kBadInput, said);
       return true;
     case kRefused:
-      become(job, JobState::kFailed,
-             outcome == "guard_stop" ? StateReason::kGuardStop : StateReason::kRefused, said);
+      if (outcome == "guard_stop") {
+        become(job, JobState::kFailed, StateReason::kGuardStop, said);
+      } else {
+        // Nothing is lost, but the state is final.
+        become(job, JobState::kFailed, StateReason::kRefused,
+               absl::StrCat(
+                   said, end.verdict ? " There a fork of this job goes on from its last checkpoint." : ""));
+      }
       return true;
     default:
       return false;
