@@ -299,10 +299,13 @@ void print_failure(const CallResult& result, const std::string& job_file) {
   }
   if (said) return;
   if (absl::IsUnavailable(result.status) && result.reason.empty()) {
-    const bool cut = absl::StrContains(message, "Socket closed");
-    message =
-        absl::StrCat("no daemon answers: ", message,
-                     cut ? " (over TLS: another certificate authority, or a certificate it refuses?)" : "");
+    const char* advice = "";
+    if (absl::StrContains(message, "Socket closed")) {
+      advice = absl::StrContains(message, "unix:")
+                   ? " (creepd hangs up on users whom it is not told to allow: creepd --allow-user)"
+                   : " (over TLS: another certificate authority, or a certificate it refuses?)";
+    }
+    message = absl::StrCat("no daemon answers: ", message, advice);
   }
   complain(message.empty() ? absl::StatusCodeToString(result.status.code()) : message);
 }
