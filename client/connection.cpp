@@ -300,7 +300,11 @@ void print_failure(const CallResult& result, const std::string& job_file) {
   if (said) return;
   if (absl::IsUnavailable(result.status) && result.reason.empty()) {
     const char* advice = "";
-    if (absl::StrContains(message, "Socket closed")) {
+    // Which of them depends on how much of the greeting was sent when the other side hung up.
+    const bool cut = absl::StrContains(message, "Socket closed") ||
+                     absl::StrContains(message, "Broken pipe") ||
+                     absl::StrContains(message, "Connection reset");
+    if (cut) {
       advice = absl::StrContains(message, "unix:")
                    ? " (creepd hangs up on users whom it is not told to allow: creepd --allow-user)"
                    : " (over TLS: another certificate authority, or a certificate it refuses?)";
