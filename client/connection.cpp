@@ -237,6 +237,9 @@ absl::StatusOr<std::string> server_target(const std::string& address) {
   } else if (absl::StartsWith(address, "unix:")) {
     path = address.substr(std::string("unix:").size());
     if (absl::StartsWith(path, "//")) path = path.substr(2);
+  } else if (absl::StrContains(address, "://")) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("\"", address, "\" is a URL; give the path of a socket or HOST:PORT"));
   } else if (!absl::StrContains(address, '/')) {
     const auto colon = address.rfind(':');
     if (colon == 0 || colon == std::string::npos || colon + 1 == address.size() ||
@@ -283,24 +286,30 @@ int exit_code_of(const CallResult& result) {
 }
 
 void print_failure(const CallResult& result, const std::string& job_file) {
-  bool of_the_job_file_only = !result.violations.empty();
+  std::string message(result.status.message());
+  bool said = false;  // the message of a refused request repeats its first violation
   for (const Violation& violation : result.violations) {
-    const bool of_the_job_file = absl::StartsWith(violation.field, "spec:") && !job_file.empty();
-    of_the_job_file_only = of_the_job_file_only && of_the_job_file;
-    if (of_the_job_file) {
+    said = said || absl::StrContains(message, violation.description);
+    if (absl::StartsWith(violation.field, "spec:") && !job_file.empty()) {
       std::fprintf(stderr, "%s%s: %s %s\n", job_file.c_str(), violation.field.c_str() + 4,
                    red("error:", stderr).c_str(), violation.description.c_str());
     } else {
       complain(absl::StrCat(violation.field, ": ", violation.description));
     }
   }
-  if (of_the_job_file_only) return;
-  std::string message(result.status.message());
+  if (said) return;
   if (absl::IsUnavailable(result.status) && result.reason.empty()) {
-    const bool cut = absl::StrContains(message, "Socket closed");
-    message =
-        absl::StrCat("no daemon answers: ", message,
-                     cut ? " (over TLS: another certificate authority, or a certificate it refuses?)" : "");
+    const char* advice = "";
+    // Which of them depends on how much of the greeting was sent when the other side hung up.
+    const bool cut = absl::StrContains(message, "Socket closed") ||
+                     absl::StrContains(message, "Broken pipe") ||
+                     absl::StrContains(message, "Connection reset");
+    if (cut) {
+      advice = absl::StrContains(message, "unix:")
+                   ? " (creepd hangs up on users whom it is not told to allow: creepd --allow-user)"
+                   : " (over TLS: another certificate authority, or a certificate it refuses?)";
+    }
+    message = absl::StrCat("no daemon answers: ", message, advice);
   }
   complain(message.empty() ? absl::StatusCodeToString(result.status.code()) : message);
 }

@@ -178,7 +178,9 @@ absl::Status WatchHub::admit(WatchStream& stream) {
   const auto job = jobs_.get(*stream.caller, stream.job);
   if (!job.ok()) return job.status();
   if (stream.last_seq <= job->last_seq()) return absl::OkStatus();
-  return refuse(absl::StatusCode::kOutOfRange, "after_seq is ahead of the job",
+  return refuse(absl::StatusCode::kOutOfRange,
+                absl::StrCat("after_seq ", stream.last_seq, " is ahead of the job, whose last event is ",
+                             job->last_seq()),
                 {"AFTER_SEQ_IN_FUTURE", {{"last_seq", absl::StrCat(job->last_seq())}}, {}, {}});
 }
 

@@ -118,6 +118,8 @@ expect_output "unknown key \"foo\""
 # The answer to a submission says where in the queue the job stands.
 waiting=$(creepctl submit "$job" --priority -5 --request-id waits --json)
 grep -qE '"queue_position": "?[1-9]' <<<"$waiting" || fail "no place in the queue: $waiting"
+expect_exit 0 creepctl logs "$(creepctl submit "$job" --priority -5 --request-id waits 2>/dev/null)"
+expect_output "has no log: it is QUEUED"
 forked=$(creepctl fork "$id" --priority -6 --request-id forks --json)
 grep -qE '"queue_position": "?[1-9]' <<<"$forked" || fail "no place in the queue for a fork: $forked"
 expect_exit 0 creepctl cancel "$(creepctl fork "$id" --priority -6 --request-id forks)"
@@ -149,6 +151,10 @@ expect_exit 2 creepctl ls --limit -3
 expect_exit 2 creepctl ls --limit 0
 [[ $(creepctl ls -q --limit 1 | wc -l) == 1 ]] || fail "ls --limit 1"
 expect_exit 2 creepctl watch "$id" --after -1
+expect_exit 5 creepctl watch "$id" --after 999999
+expect_output "whose last event is"
+expect_exit 5 creepctl submit "$job" --request-id 'a b'
+[[ $(grep -c "printable characters" "$work/output") == 1 ]] || fail "one mistake is told twice"
 for option in --memory --least-free --max-jobs --slots --stall-limit; do
   expect_exit 2 "$bin/creepd" --state "$work/never" "$option" -1
 done
@@ -162,7 +168,11 @@ for user in "$(</proc/sys/kernel/overflowuid)" nobody; do
 done
 [[ ! -e "$work/never" ]] || fail "a refused option left a state folder"
 expect_exit 2 creepctl ls --server nowhere
+expect_exit 2 creepctl ls --server http://localhost:7443
+expect_output "is a URL"
 expect_exit 2 creepctl wait "$id" --timeout soon
+expect_exit 2 creepctl wait "$id" --timeout -3
+expect_output "negative"
 expect_exit 5 creepctl fetch "$id" --out "$here"
 expect_output "holds other files"
 
