@@ -185,6 +185,27 @@ class LocalSweep {
 
 }  // namespace
 
+absl::Status check_sweep_folder(const std::vector<SweepJob>& jobs, const LocalSweepOptions& options) {
+  std::error_code error;
+  if (fs::exists(options.out / "job.toml", error)) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        options.out.string(), " is the folder of a run, which holds no sweep; give another --out"));
+  }
+  for (const SweepJob& job : jobs) {
+    const fs::path folder = options.out / job.name;
+    std::string text = job.text;
+    if (job.trunk) {
+      const std::string there = read_text(folder / "job.toml");
+      const auto started = started_from(job, "source");
+      if (!started.ok()) return started.status();
+      text = same_but_for_the_source(there, *started) ? there : *started;
+    }
+    if (const auto state = look_at_run_folder(folder, text, options.job_path); !state.ok())
+      return state.status();
+  }
+  return absl::OkStatus();
+}
+
 std::vector<SweepEnd> sweep_locally(const std::vector<SweepJob>& jobs, const LocalSweepOptions& options,
                                     const std::function<void(const std::string&)>& say) {
   return LocalSweep(jobs, options, say).run();

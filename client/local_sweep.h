@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "client/sweep_end.h"
 #include "client/sweep_plan.h"
 
@@ -17,6 +18,10 @@ struct LocalSweepOptions {
   int at_once = 1;       ///< workers
   int threads = 1;       ///< of each
 };
+
+/// Whether the folder can take the sweep; changes nothing. Error: FailedPrecondition (it, or the folder of
+/// one of the jobs, holds something else), Unavailable (cannot be read).
+absl::Status check_sweep_folder(const std::vector<SweepJob>& jobs, const LocalSweepOptions& options);
 
 /// Runs what is not done yet. A branch begins as soon as its trunk keeps its checkpoint, whether the trunk
 /// goes on or failed later; a job that fails stops no other. SIGINT and SIGTERM make all workers checkpoint

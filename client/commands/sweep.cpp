@@ -100,6 +100,10 @@ int run_here(const Options& options, const std::vector<SweepJob>& jobs) {
   local.threads = options.threads;
   const int processors = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   local.at_once = options.at_once > 0 ? options.at_once : std::max(1, processors / options.threads);
+  if (const auto good = check_sweep_folder(jobs, local); !good.ok()) {
+    complain(std::string(good.message()));
+    return absl::IsFailedPrecondition(good) ? kInvalidInput : kIoError;
+  }
   const auto ends = sweep_locally(jobs, local, [&](const std::string& line) { say(options, line); });
   return conclude(options, ends, "creepctl report " + options.out);
 }
