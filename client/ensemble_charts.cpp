@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kPercent = 100.0;
 constexpr double kPercentPerMinute = 6000.0;  // of a rate in 1/s
+constexpr double kFarApart = 20.0;            // ratio of strains
 
 /// What one chart shows of a run.
 using CurveOf = std::function<Curve(const ComparedJob&)>;
@@ -112,23 +113,47 @@ Chart time_chart(const std::vector<Ensemble>& ensembles, const CurveOf& curve_of
   return chart;
 }
 
+bool have_means(const std::vector<Ensemble>& ensembles) {
+  return std::any_of(ensembles.begin(), ensembles.end(),
+                     [](const Ensemble& ensemble) { return ensemble.runs.size() > 1; });
+}
+
+std::string title_of(const std::string& plain, const std::vector<Ensemble>& ensembles) {
+  return have_means(ensembles) ? absl::StrCat(plain, ", mean over seeds") : plain;
+}
+
+/// Whether the mean creep strains at the end differ so much that a linear axis would hide the small ones.
+bool strains_differ_by_far(const std::vector<Ensemble>& ensembles) {
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const Ensemble& ensemble : ensembles) {
+    const auto strain = ensemble_figures(ensemble).creep_strain;
+    if (!strain || !(strain->mean > 0.0)) continue;
+    least = std::min(least, strain->mean);
+    most = std::max(most, strain->mean);
+  }
+  return most > kFarApart * least;
+}
+
 const char* const kCaption =
     "Mean over the seeds, where all runs of an ensemble have values, with Student's 95 % interval of the "
     "mean.";
 
 NamedChart strain_chart(const std::vector<Ensemble>& ensembles,
                         const std::vector<LaboratoryCurve>& laboratory) {
-  Chart chart = time_chart(ensembles, strain_curve, MeanOf::kValues);
-  chart.title = "Creep: axial strain – log time, mean over seeds";
-  chart.y = {"axial creep strain ε_{a} (%)", Scale::kLinear, {}, {}, false};
+  const bool log = strains_differ_by_far(ensembles);
+  Chart chart = time_chart(ensembles, strain_curve, log ? MeanOf::kLogarithms : MeanOf::kValues);
+  chart.title = title_of("Creep: axial strain – log time", ensembles);
+  chart.y = {"axial creep strain ε_{a} (%)", log ? Scale::kLog : Scale::kLinear, {}, {}, false};
   add_laboratory(chart, laboratory);
   keep_curves_large(chart);
-  return {"mean_creep_strain_log_time", absl::StrCat("Strain since the hold began. ", kCaption), chart};
+  return {"mean_creep_strain_log_time",
+          absl::StrCat("Strain since the hold began. ", kCaption, log ? " Averaged as logarithms." : ""),
+          chart};
 }
 
 NamedChart rate_chart(const std::vector<Ensemble>& ensembles) {
   Chart chart = time_chart(ensembles, rate_curve, MeanOf::kLogarithms);
-  chart.title = "Creep rate: log axial strain rate – log time, mean over seeds";
+  chart.title = title_of("Creep rate: log axial strain rate – log time", ensembles);
   chart.y = {"axial strain rate (%/min)", Scale::kLog, {}, {}, false};
   keep_curves_large(chart);
   return {"mean_creep_rate_log_time",
@@ -139,7 +164,7 @@ NamedChart rate_chart(const std::vector<Ensemble>& ensembles) {
 
 NamedChart grading_index_chart(const std::vector<Ensemble>& ensembles) {
   Chart chart = time_chart(ensembles, grading_index_curve, MeanOf::kValues);
-  chart.title = "Grading index – log time, mean over seeds";
+  chart.title = title_of("Grading index – log time", ensembles);
   chart.y = {"grading index I_{G} (–)", Scale::kLinear, {}, {}, false};
   keep_curves_large(chart);
   return {"mean_grading_index_log_time", kCaption, chart};
@@ -179,6 +204,14 @@ NamedChart paper_rate_chart(const std::vector<Ensemble>& ensembles) {
     has_intervals = true;
   }
   if (means.x.size() < 2) return {};
+  // One number of seeds is said once.
+  const bool alike =
+      std::all_of(means.point_labels.begin(), means.point_labels.end(),
+                  [&](const std::string& label) { return label == means.point_labels.front(); });
+  if (alike) {
+    absl::StrAppend(&means.label, ", ", means.point_labels.front());
+    means.point_labels.clear();
+  }
   if (has_intervals) chart.notes.push_back("bars: 95 % interval of the mean");
   chart.series.push_back(std::move(paper));
   chart.series.push_back(std::move(means));
