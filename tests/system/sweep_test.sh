@@ -72,13 +72,12 @@ expect_exit 0 sweep --out "$work/moved"
 expect_output "9 of 9 jobs are done"
 
 printf 'a job that fails stops no other and is named\n'
-# The seed's own trunk is sheared as far as it bears; one branch has no checkpoint to start from.
-rm "$work/moved/seed_2/trunk/checkpoints/keep.02_triaxial_deviatoric_stress_3.2MPa"
-rm -r "$work/moved/seed_2/q_0.8" "$work/moved/seed_3/q_0.8"
-expect_exit 1 sweep --out "$work/moved"
-expect_output "8 of 9 jobs are done"
-grep -E '^seed_2/q_0.8 +failed .*ended without the checkpoint' "$work/output" >/dev/null || fail "the failed job is not listed"
-[[ -s "$work/moved/seed_3/q_0.8/summary.json" ]] || fail "a job after the failed one did not run"
+# The specimen never bears 36 MPa; the trunk is stopped by a guard after it has kept the checkpoint of the smaller ratio.
+expect_exit 1 "$bin/creepctl" sweep "$job" --stress-ratio 0.1,0.9 --q-max "40 MPa" --out "$work/weak"
+expect_output "1 of 3 jobs are done"
+grep -E '^seed_1/trunk +failed .*guard ' "$work/output" >/dev/null || fail "the stopped trunk is not listed with its guard"
+grep -E '^seed_1/q_0.9 +failed .*ended without the checkpoint' "$work/output" >/dev/null || fail "the failed job is not listed"
+[[ -n $(digest_of "$work/weak/seed_1/q_0.1") ]] || fail "a branch whose checkpoint was kept did not run"
 values=(--seeds 1..2 --stress-ratio 0.4,0.8)
 
 printf 'wrong input\n'
@@ -126,6 +125,18 @@ expect_exit 0 sweep --name tri
 expect_exit 5 "$bin/creepctl" sweep "$work/other.toml" "${values[@]}" --name tri
 expect_output "give --name"
 (($(creepctl ls --quiet | wc -l) == 6)) || fail "a refused sweep made jobs"
+step "a client that waits sees the daemon go and come back"
+"$bin/creepctl" sweep "$job" --seeds 5..5 --stress-ratio 0.4,0.8 --name patient >"$work/log" 2>&1 &
+patient=$!
+submitted() { [[ -n $(creepctl ls --label sweep=patient --quiet) ]]; }
+wait_for 30 submitted
+kill_daemon
+start_daemon
+code=0
+wait "$patient" || code=$?
+((code == 0)) || fail "the waiting sweep ended with $code: $(cat "$work/log")"
+grep -q "3 of 3 jobs are done" "$work/log" || fail "the waiting sweep does not say that all are done"
+
 step "what is only submitted is said to wait"
 expect_exit 75 sweep --name later --no-wait
 expect_output "waits for seed_1/trunk"
