@@ -19,6 +19,14 @@ void Canvas::rectangle(double x, double y, double width, double height, Color fi
   cairo_fill(context_);
 }
 
+void Canvas::area(const std::vector<Point>& corners, Color fill, double opacity) {
+  if (corners.size() < 3) return;
+  cairo_set_source_rgba(context_, fill.red, fill.green, fill.blue, opacity);
+  for (const Point& corner : corners) cairo_line_to(context_, corner.x, corner.y);
+  cairo_close_path(context_);
+  cairo_fill(context_);
+}
+
 void Canvas::frame(double x, double y, double width, double height, Color stroke, double line_width) {
   cairo_set_source_rgb(context_, stroke.red, stroke.green, stroke.blue);
   cairo_set_line_width(context_, line_width);

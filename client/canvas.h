@@ -31,6 +31,7 @@ class Canvas {
   explicit Canvas(cairo_t* context) : context_(context) {}
 
   void rectangle(double x, double y, double width, double height, Color fill, double opacity);
+  void area(const std::vector<Point>& corners, Color fill, double opacity);
   void frame(double x, double y, double width, double height, Color stroke, double line_width);
   void line(const std::vector<Point>& points, Color stroke, double line_width, Dash dash);
   void marker(Point at, Marker marker, double radius, Color fill);

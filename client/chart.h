@@ -14,7 +14,8 @@
 
 namespace creepctl {
 
-enum class Shape { kLine, kStairs, kBars };
+/// The points of a kBand run around an area, which is tinted.
+enum class Shape { kLine, kStairs, kBars, kBand };
 
 /// Hues apart for all common kinds of colour blindness (Okabe & Ito 2008).
 enum class Hue { kBlack, kBlue, kOrange, kGreen, kVermilion, kPurple, kSky, kGrey };

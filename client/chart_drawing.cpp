@@ -26,6 +26,8 @@ constexpr double kMarkerRadius = 4.2;
 constexpr double kLegendRow = 18.0;
 constexpr double kLegendPad = 9.0;
 constexpr double kLegendKey = 34.0;
+constexpr double kBarOpacity = 0.85;
+constexpr double kBandOpacity = 0.18;
 constexpr double kPixelsPerPoint = 2.0;  // of a PNG
 
 Color color_of(Hue hue) {
@@ -102,12 +104,14 @@ void draw_bars(Canvas& canvas, const Chart& chart, const Layout& placed, std::si
   for (const PlacedPoint& point : placed.points[index]) {
     const double top = std::min(point.at.y, base);
     canvas.rectangle(point.at.x - 0.5 * width, top, width, std::fabs(base - point.at.y),
-                     color_of(chart.series[index].hue), 0.85);
+                     color_of(chart.series[index].hue), kBarOpacity);
   }
 }
 
 void draw_series(Canvas& canvas, const Chart& chart, const Layout& placed, std::size_t index) {
   const Series& series = chart.series[index];
+  if (series.shape == Shape::kBand)
+    return canvas.area(placed.paths[index], color_of(series.hue), kBandOpacity);
   if (series.shape == Shape::kBars) draw_bars(canvas, chart, placed, index);
   canvas.line(placed.paths[index], color_of(series.hue), series.line_width, series.dash);
   for (const PlacedPoint& point : placed.points[index]) {
@@ -146,8 +150,9 @@ void draw_levels(Canvas& canvas, const Chart& chart, const Layout& placed) {
 
 void draw_legend_key(Canvas& canvas, const Series& series, double x, double y) {
   const Color color = color_of(series.hue);
-  if (series.shape == Shape::kBars) {
-    canvas.rectangle(x + 5.0, y - 5.0, 16.0, 10.0, color, 0.85);
+  if (series.shape == Shape::kBars || series.shape == Shape::kBand) {
+    const double opacity = series.shape == Shape::kBars ? kBarOpacity : kBandOpacity;
+    canvas.rectangle(x + 5.0, y - 5.0, 16.0, 10.0, color, opacity);
     return;
   }
   if (series.stroke) canvas.line({{x, y}, {x + 26.0, y}}, color, series.line_width, series.dash);

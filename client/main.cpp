@@ -25,6 +25,7 @@
 #include "client/commands/run.h"
 #include "client/commands/show.h"
 #include "client/commands/submit.h"
+#include "client/commands/sweep.h"
 #include "client/commands/validate.h"
 #include "client/commands/version.h"
 #include "client/commands/wait.h"
@@ -104,6 +105,7 @@ int main(int argument_count, char** arguments) {
   creepctl::add_run(app, exit_code);
   creepctl::add_show(app, exit_code);
   creepctl::add_submit(app, exit_code);
+  creepctl::add_sweep(app, exit_code);
   creepctl::add_validate(app, exit_code);
   creepctl::add_version(app, exit_code);
   creepctl::add_wait(app, exit_code);

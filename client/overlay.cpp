@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "absl/strings/str_cat.h"
+#include "client/chart_parts.h"
 
 namespace creepctl {
 namespace {
@@ -13,20 +13,6 @@ constexpr double kPercent = 100.0;
 constexpr double kPercentPerMinute = 6000.0;  // of a rate in 1/s
 constexpr double kTenMinutes = 600.0;         // [s]
 constexpr double kMegapascal = 1e6;
-
-/// The colours in turn, then again with dashes, then dotted.
-void tell_apart(Series& series, std::size_t number) {
-  constexpr Hue kHues[] = {Hue::kBlue, Hue::kVermilion, Hue::kGreen, Hue::kOrange, Hue::kPurple, Hue::kSky};
-  constexpr Dash kDashes[] = {Dash::kSolid, Dash::kDashed, Dash::kDotted};
-  series.hue = kHues[number % std::size(kHues)];
-  series.dash = kDashes[number / std::size(kHues) % std::size(kDashes)];
-}
-
-Axis creep_time_axis() { return {"creep time t (s)", Scale::kLog, {}, {}, false}; }
-
-std::vector<Landmark> creep_time_landmarks() {
-  return {{1.0, "1 s"}, {60.0, "1 min"}, {3600.0, "1 h"}, {86400.0, "1 d"}, {2592000.0, "30 d"}};
-}
 
 /// `y_of` gives the value at the i-th dynamic stage of the hold of a job.
 template <typename Value>
@@ -52,15 +38,7 @@ NamedChart strain_chart(const std::vector<ComparedJob>& jobs,
   add_by_creep_time(chart, jobs, [](const ComparedJob& job, std::size_t i) {
     return kPercent * job.hold->curve.axial_strain[i];
   });
-  constexpr Marker kMarkers[] = {Marker::kSquare, Marker::kDiamond, Marker::kStar};
-  for (std::size_t number = 0; number < laboratory.size(); ++number) {
-    Series series{laboratory[number].name + " (laboratory)", laboratory[number].age, {}};
-    for (const double strain : laboratory[number].axial_strain) series.y.push_back(kPercent * strain);
-    series.hue = Hue::kBlack;
-    series.stroke = false;
-    series.marker = kMarkers[number % std::size(kMarkers)];
-    chart.series.push_back(std::move(series));
-  }
+  add_laboratory(chart, laboratory);
   return {"compared_creep_strain_log_time", "Strain since the hold began, at the ends of the dynamic stages.",
           chart};
 }

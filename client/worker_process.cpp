@@ -71,6 +71,8 @@ absl::StatusOr<WorkerProcess> WorkerProcess::start(std::vector<std::string> argu
   if (::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
     ::sigaddset(&watched, SIGHUP);
   if (::sigprocmask(SIG_BLOCK, &watched, &before) != 0) return cannot("block signals", errno);
+  // An earlier worker had them blocked already: this one must be able to take them too.
+  for (const int signal : {SIGINT, SIGTERM, SIGCHLD, SIGHUP}) ::sigdelset(&before, signal);
   worker.signals_ = ::signalfd(-1, &watched, SFD_CLOEXEC | SFD_NONBLOCK);
   if (worker.signals_ < 0) return cannot("watch signals", errno);
   int ends[2] = {-1, -1};
@@ -97,14 +99,18 @@ WorkerProcess::~WorkerProcess() {
   if (signals_ >= 0) ::close(signals_);
 }
 
+void WorkerProcess::stop() {
+  if (process_ > 0) ::kill(process_, SIGTERM);
+  stopping_ = true;
+}
+
 std::optional<WorkerEnd> WorkerProcess::wait(std::chrono::milliseconds patience) {
   pollfd watched{signals_, POLLIN, 0};
   ::poll(&watched, 1, static_cast<int>(patience.count()));
   signalfd_siginfo signal{};
   while (::read(signals_, &signal, sizeof signal) == sizeof signal) {
     if (signal.ssi_signo == SIGCHLD) continue;
-    if (process_ > 0) ::kill(process_, SIGTERM);
-    stopping_ = true;
+    stop();
   }
   int status = 0;
   if (process_ <= 0 || ::waitpid(process_, &status, WNOHANG) != process_) return std::nullopt;

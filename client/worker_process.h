@@ -35,7 +35,10 @@ class WorkerProcess {
   /// Waits at most `patience`; the end, once there is one.
   std::optional<WorkerEnd> wait(std::chrono::milliseconds patience);
 
-  bool stopping() const { return stopping_; }  ///< a signal was passed on
+  /// Has the worker checkpoint and end, as a signal would.
+  void stop();
+
+  bool stopping() const { return stopping_; }  ///< stop() was called, or a signal passed on
 
  private:
   WorkerProcess() = default;

@@ -9,6 +9,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/chart_files.h"
+#include "client/ensemble_charts.h"
+#include "client/ensemble_table.h"
 #include "client/exit_codes.h"
 #include "client/overlay.h"
 #include "client/table.h"
@@ -24,6 +26,7 @@ struct Options {
   std::vector<std::string> laboratory;
   std::string out;
   std::string format = "both";
+  bool mean = false;
   bool json = false;
 };
 
@@ -97,25 +100,53 @@ void print_table(const std::vector<ComparedJob>& jobs) {
   std::printf("%s", table.text(is_terminal(stdout) ? terminal_width(stdout) : 0).c_str());
 }
 
+void print_means(const std::vector<Ensemble>& ensembles, bool json) {
+  if (json) {
+    const auto list = ensembles_json(ensembles);
+    std::printf("%s\n", list.dump(2, ' ', false, ordered_json::error_handler_t::replace).c_str());
+    return;
+  }
+  const int width = is_terminal(stdout) ? terminal_width(stdout) : 0;
+  std::printf("%s%s\n", ensemble_table_text(ensembles, width).c_str(), confidence_note(ensembles).c_str());
+}
+
+/// Prints the figures; the charts for --out. Error: of reading.
+absl::StatusOr<std::vector<NamedChart>> compare_means(const Options& options,
+                                                      const std::vector<LaboratoryCurve>& laboratory) {
+  const auto ensembles = read_ensembles(options.directories);
+  if (!ensembles.ok()) return ensembles.status();
+  print_means(*ensembles, options.json);
+  return ensemble_charts(*ensembles, laboratory);
+}
+
+/// The same job by job.
+absl::StatusOr<std::vector<NamedChart>> compare_jobs(const Options& options,
+                                                     const std::vector<LaboratoryCurve>& laboratory) {
+  const auto directories = job_directories(options.directories);
+  if (!directories.ok()) return directories.status();
+  const auto jobs = read_compared_jobs(*directories);
+  if (!jobs.ok()) return jobs.status();
+  if (options.json) {
+    print_json(*jobs);
+  } else {
+    print_table(*jobs);
+  }
+  return overlay_charts(*jobs, laboratory);
+}
+
 int compare(const Options& options) {
   const auto laboratory = read_laboratory(options.laboratory);
   if (!laboratory.ok()) {
     complain(std::string(laboratory.status().message()));
     return kInvalidInput;
   }
-  const auto jobs = read_compared_jobs(options.directories);
-  if (!jobs.ok()) {
-    complain(std::string(jobs.status().message()));
+  const auto charts = options.mean ? compare_means(options, *laboratory) : compare_jobs(options, *laboratory);
+  if (!charts.ok()) {
+    complain(std::string(charts.status().message()));
     return kInvalidInput;
   }
-  if (options.json) {
-    print_json(*jobs);
-  } else {
-    print_table(*jobs);
-  }
   if (options.out.empty()) return kOk;
-  const auto charts = overlay_charts(*jobs, *laboratory);
-  if (const auto written = write_charts(options.out, options.format, charts); !written.ok()) {
+  if (const auto written = write_charts(options.out, options.format, *charts); !written.ok()) {
     complain(std::string(written.message()));
     return kIoError;
   }
@@ -128,7 +159,10 @@ void add_compare(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("compare", "Sets jobs beside one another, the paper and a laboratory");
   auto options = std::make_shared<Options>();
-  command->add_option("DIR", options->directories, "Job directories (the --out of run)")->required();
+  command
+      ->add_option("DIR", options->directories,
+                   "Job directories (the --out of run), or folders with such in them")
+      ->required();
   command->add_option(
       "--laboratory", options->laboratory,
       "Measured creep curve: csv with the columns age_s and axial_strain, both since the hold "
@@ -136,14 +170,17 @@ void add_compare(CLI::App& app, int& exit_code) {
   command->add_option("--out", options->out, "Folder for the charts; none are drawn without it");
   command->add_option("--format", options->format, "svg, png or both")
       ->check(CLI::IsMember({"svg", "png", "both"}));
+  command->add_flag("--mean", options->mean,
+                    "Means over jobs that differ in nothing but the seed, with their 95 % intervals");
   command->add_flag("--json", options->json, "Print the figures as JSON on stdout");
   command->footer(
       "Prints the figures of the last creep stage of each job. The paper's m and rate (Table 2) stand "
       "beside\n"
       "a job that holds one of its stress ratios at 10 MPa. Charts: creep strain and grading index over log\n"
-      "time, void ratio over log stress, with a curve for every job.\n"
+      "time, void ratio over log stress, with a curve for every job; with --mean means and their bands.\n"
       "Exit code 0: compared; 5: a directory or file is no such thing; 74: a chart could not be written.\n\n"
-      "Example:\n  creepctl compare seed-1 seed-2 --laboratory oedometer.csv --out compared");
+      "Example:\n  creepctl compare seed-1 seed-2 --laboratory oedometer.csv --out compared\n"
+      "  creepctl compare sweep --mean");
   command->callback([options, &exit_code] { exit_code = compare(*options); });
 }
 

@@ -11,15 +11,20 @@
 #include "absl/strings/str_format.h"
 #include "client/exit_codes.h"
 #include "client/job_file.h"
-#include "client/plan.h"
+#include "client/pilot.h"
 #include "client/run_progress.h"
 #include "client/terminal.h"
 #include "core/experiment/fidelity.h"
 #include "core/experiment/numerics_text.h"
+#include "core/plan/plan.h"
 
 namespace creepctl {
 namespace {
 
+using creep::Pilot;
+using creep::Plan;
+using creep::PlannedStage;
+using creep::Range;
 using nlohmann::ordered_json;
 
 struct Options {

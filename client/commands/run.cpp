@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -15,6 +14,7 @@
 #include "client/exit_codes.h"
 #include "client/job_file.h"
 #include "client/progress_display.h"
+#include "client/run_end.h"
 #include "client/run_folder.h"
 #include "client/run_progress.h"
 #include "client/start_checkpoint.h"
@@ -35,22 +35,6 @@ struct Options {
   bool profile = false;
   bool json = false;
 };
-
-/// 74 and 75 are passed on; the other codes are translated to those of creepctl.
-int exit_code_of(const WorkerEnd& end) {
-  if (end.signal != 0) return kFailed;
-  switch (end.exit_code) {
-    case 0:
-      return kOk;
-    case 65:
-      return kInvalidInput;
-    case kIoError:
-    case kRunAgain:
-      return end.exit_code;
-    default:
-      return kFailed;
-  }
-}
 
 ordered_json read_json(const std::filesystem::path& path) {
   ordered_json value = ordered_json::parse(read_text(path), nullptr, false);
@@ -96,31 +80,6 @@ void print_profile(const std::filesystem::path& folder) {
   }
 }
 
-/// What went wrong, in words, from what the worker left.
-void explain(const WorkerEnd& end, const std::filesystem::path& folder) {
-  const ordered_json verdict = read_json(folder / "verdict.json");
-  if (end.signal == 0 && end.exit_code == kRunAgain) {
-    complain("stopped with a checkpoint; the same command continues from there");
-    return;
-  }
-  // A verdict that could not be written (full disk) may be missing: then the log has the words.
-  const auto code = verdict.find("exit_code");
-  if (end.signal == 0 && code != verdict.end() && *code == end.exit_code) {
-    complain(word(verdict, "reason"));
-    if (const std::string advice = word(verdict, "advice"); !advice.empty()) complain(advice);
-    return;
-  }
-  if (end.signal != 0) {
-    complain(std::string("creep-worker was killed by signal ") + std::to_string(end.signal) + " (" +
-             ::strsignal(end.signal) + "); the same command continues from the newest checkpoint");
-  } else {
-    complain("creep-worker ended with exit code " + std::to_string(end.exit_code));
-  }
-  const std::string tail = last_lines(read_text(folder / "worker.log"), 5);
-  if (!tail.empty())
-    std::fprintf(stderr, "The end of %s:\n%s", (folder / "worker.log").c_str(), tail.c_str());
-}
-
 void print_json(int exit_code, const std::filesystem::path& folder, bool computed) {
   const ordered_json value = {{"exit_code", exit_code},
                               {"computed", computed},
@@ -128,15 +87,6 @@ void print_json(int exit_code, const std::filesystem::path& folder, bool compute
                               {"verdict", read_json(folder / "verdict.json")},
                               {"summary", read_json(folder / "summary.json")}};
   std::printf("%s\n", value.dump(2, ' ', false, ordered_json::error_handler_t::replace).c_str());
-}
-
-/// A worker whose `run` was killed checkpoints and ends by itself, which takes a moment.
-bool wait_for_orphan(const std::filesystem::path& folder) {
-  for (int i = 0; i < 100 && is_worker_at(folder); ++i) {
-    if (i == 0) std::fprintf(stderr, "waiting for the worker that is still in %s\n", folder.c_str());
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-  return !is_worker_at(folder);
 }
 
 int compute(const Options& options, const creep::Experiment& experiment) {
@@ -169,7 +119,9 @@ int compute(const Options& options, const creep::Experiment& experiment) {
   while (!(end = worker->wait(std::chrono::milliseconds(250)))) refresh(false);
   refresh(true);
   const int exit_code = exit_code_of(*end);
-  if (exit_code != kOk) explain(*end, folder);
+  if (exit_code != kOk) {
+    for (const std::string& sentence : explanation(*end, folder)) complain(sentence);
+  }
   if (options.json) {
     print_json(exit_code, folder, true);
   } else if (exit_code == kOk) {

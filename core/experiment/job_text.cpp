@@ -128,18 +128,37 @@ DocumentNode* step_into(DocumentNode& node, const std::string& part) {
   return &node.entries.back().value;
 }
 
+/// The parts of a key between its dots.
+std::vector<std::string> parts_of(const std::string& key) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= key.size();) {
+    const std::size_t end = std::min(key.find('.', begin), key.size());
+    parts.push_back(key.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+/// The table or list that holds the last of the parts; null if there is no such place. Makes nothing.
+DocumentNode* holder_of(DocumentNode& root, const std::vector<std::string>& parts) {
+  DocumentNode* node = &root;
+  for (std::size_t i = 0; node != nullptr && i + 1 < parts.size(); ++i) {
+    if (node->kind == Kind::kTable && node->find(parts[i]) == nullptr) return nullptr;
+    node = step_into(*node, parts[i]);
+  }
+  return node;
+}
+
 absl::Status set(DocumentNode& root, const Override& wanted) {
   DocumentNode* node = &root;
-  for (std::size_t begin = 0; begin <= wanted.first.size();) {
-    const std::size_t end = std::min(wanted.first.find('.', begin), wanted.first.size());
-    node = step_into(*node, wanted.first.substr(begin, end - begin));
+  for (const std::string& part : parts_of(wanted.first)) {
+    node = step_into(*node, part);
     if (node == nullptr) {
       return absl::InvalidArgumentError(
           absl::StrCat("cannot set ", quoted(wanted.first),
                        ": there is no such place (a key is like numerics.minimum_cycles "
                        "or program.0.duration, stages count from 0)"));
     }
-    begin = end + 1;
   }
   *node = value_of(wanted.second);
   return absl::OkStatus();
@@ -154,6 +173,39 @@ absl::StatusOr<std::string> with_overrides(std::string_view text, const std::vec
     if (auto status = set(*root, wanted); !status.ok()) return status;
   }
   return document_text(*root);
+}
+
+absl::StatusOr<std::string> without_keys(std::string_view text, const std::vector<std::string>& keys) {
+  auto root = parsed(text);
+  if (!root.ok()) return root.status();
+  for (const std::string& key : keys) {
+    const std::vector<std::string> parts = parts_of(key);
+    DocumentNode* const holder = holder_of(*root, parts);
+    if (holder == nullptr) continue;
+    std::erase_if(holder->entries, [&](const DocumentEntry& entry) { return entry.key == parts.back(); });
+  }
+  return document_text(*root);
+}
+
+absl::StatusOr<std::string> with_stages(std::string_view text, std::size_t first, std::size_t count) {
+  auto root = parsed(text);
+  if (!root.ok()) return root.status();
+  DocumentNode* const program = holder_of(*root, {"program", ""});
+  if (program == nullptr || first + count > program->items.size())
+    return absl::InvalidArgumentError("the program has not so many stages");
+  const auto begin = program->items.begin() + static_cast<std::ptrdiff_t>(first);
+  program->items = std::vector<DocumentNode>(begin, begin + static_cast<std::ptrdiff_t>(count));
+  return document_text(*root);
+}
+
+std::optional<std::string> string_at(std::string_view text, const std::string& key) {
+  auto root = parsed(text);
+  if (!root.ok()) return std::nullopt;
+  const std::vector<std::string> parts = parts_of(key);
+  const DocumentNode* const holder = holder_of(*root, parts);
+  const DocumentEntry* const entry = holder == nullptr ? nullptr : holder->find(parts.back());
+  if (entry == nullptr || entry->value.kind != Kind::kString) return std::nullopt;
+  return entry->value.string;
 }
 
 absl::StatusOr<std::string> with_sections_of(std::string_view text, std::string_view source) {

@@ -2,6 +2,8 @@
 // Comments and layout are lost.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -18,6 +20,17 @@ using Override = std::pair<std::string, std::string>;
 /// The text with each key set in turn; what is missing on the way is made. Error: InvalidArgument, with the
 /// key, or the place in the text.
 absl::StatusOr<std::string> with_overrides(std::string_view text, const std::vector<Override>& overrides);
+
+/// The text without these keys; one that is not there is passed over. Error: InvalidArgument, with the place
+/// in the text.
+absl::StatusOr<std::string> without_keys(std::string_view text, const std::vector<std::string>& keys);
+
+/// The text with `count` stages of its program from the one at `first` on (from 0) and no others. Error:
+/// InvalidArgument, if the text is no TOML or has not so many.
+absl::StatusOr<std::string> with_stages(std::string_view text, std::size_t first, std::size_t count);
+
+/// The string at a key like "program.1.until.q_max"; none if there is none.
+std::optional<std::string> string_at(std::string_view text, const std::string& key);
 
 /// The text with the sections [specimen], [material] and [numerics] of `source` where it has none. Error:
 /// InvalidArgument, if one is no TOML.

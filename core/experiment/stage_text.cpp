@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "absl/strings/str_cat.h"
 #include "core/experiment/units.h"
 #include "core/experiment/wording.h"
 
@@ -51,6 +52,19 @@ std::string stage_text(const Stage& stage) {
     }
   }
   return text;
+}
+
+std::string kept_checkpoint_name(std::size_t place, const Stage& stage,
+                                 std::optional<std::int64_t> multiple) {
+  const absl::Dec number(place + 1, absl::kZeroPad2);
+  std::string name = absl::StrCat(number, "_", std::string(stage_name(stage)), "_");
+  if (!multiple) return name + "end";
+  const Keep& keep = *keep_of(stage);
+  const bool strain = keep.measure == Target::Measure::kAxialStrain;
+  const double value = static_cast<double>(*multiple) * keep.step;
+  absl::StrAppend(&name, std::string(measure_name(keep.measure)), "_", strain ? value : 1e-6 * value,
+                  strain ? "" : "MPa");
+  return name;
 }
 
 }  // namespace creep

@@ -12,6 +12,7 @@
 #include "core/dem/packing.h"
 #include "core/dem/particle_birth.h"
 #include "core/dem/splitter.h"
+#include "core/experiment/stage_text.h"
 #include "core/run/ageing.h"
 #include "core/run/guards.h"
 #include "core/run/instruction_set.h"
@@ -390,7 +391,7 @@ void Run::Impl::next_stage(Batch& batch) {
   const bool last = static_cast<std::size_t>(state.cursor.stage) + 1 == experiment.program.size();
   state.cursor.act = last ? Cursor::Act::kDone : Cursor::Act::kBetweenStages;
   batch.stage_ended = true;
-  if (keep_of(stage())) keep("end", batch);
+  if (keep_of(stage())) keep(std::nullopt, batch);
   if (last) batch.outcome = Outcome{Outcome::Kind::kCompleted, "completed", ""};
 }
 
@@ -408,17 +409,12 @@ void Run::Impl::keep_if_due(Batch& batch) {
   const bool unloading = std::holds_alternative<UnloadStage>(stage());
   if (unloading ? passed >= state.cursor.kept : passed <= state.cursor.kept) return;
   state.cursor.kept = passed;
-  const Keep& wanted = *keep_of(stage());
-  const bool strain = wanted.measure == Target::Measure::kAxialStrain;
-  const double value = static_cast<double>(passed) * wanted.step;
-  keep(absl::StrCat(std::string(measure_name(wanted.measure)), "_", strain ? value : 1e-6 * value,
-                    strain ? "" : "MPa"),
-       batch);
+  keep(passed, batch);
 }
 
-void Run::Impl::keep(const std::string& what, Batch& batch) const {
-  const absl::Dec place(state.cursor.stage + 1, absl::kZeroPad2);
-  batch.kept.push_back({absl::StrCat(place, "_", std::string(stage_name(stage())), "_", what), checkpoint()});
+void Run::Impl::keep(std::optional<std::int64_t> multiple, Batch& batch) const {
+  const auto place = static_cast<std::size_t>(state.cursor.stage);
+  batch.kept.push_back({kept_checkpoint_name(place, stage(), multiple), checkpoint()});
 }
 
 Phase Run::Impl::phase() const {

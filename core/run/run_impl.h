@@ -53,7 +53,7 @@ struct Run::Impl {
   void next_stage(Batch& batch);
   std::int64_t steps_passed() const;
   void keep_if_due(Batch& batch);
-  void keep(const std::string& what, Batch& batch) const;
+  void keep(std::optional<std::int64_t> multiple, Batch& batch) const;
   std::string checkpoint() const;
   std::string stage_word() const;
   bool computed(const CycleResult& result, Batch& batch);

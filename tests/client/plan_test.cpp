@@ -1,6 +1,4 @@
 // plan: what is extrapolated, and how near it comes to a real run.
-#include "client/plan.h"
-
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -15,11 +13,15 @@
 #include "client/job_results.h"
 #include "core/experiment/experiment_toml.h"
 #include "core/experiment/fidelity.h"
+#include "core/plan/plan.h"
 
 namespace creepctl {
 namespace {
 
 namespace fs = std::filesystem;
+using creep::make_plan;
+using creep::Pilot;
+using creep::Range;
 
 std::string job_text(int particles, const std::string& numerics) {
   return "[specimen]\nparticles = " + std::to_string(particles) +

@@ -147,7 +147,7 @@ State load(Writer& writer, const SyntheticJob& job) {
 }
 
 void hold(Writer& writer, const SyntheticJob& job, State state) {
-  std::mt19937 bits(1);
+  std::mt19937 bits(job.noise_seed);
   std::normal_distribution<double> normal;
   const double end = std::stod(job.duration) * 86400.0;
   const auto relax = [&](double number, double begin, double strain) {
@@ -187,7 +187,8 @@ double synthetic_creep_strain(const SyntheticJob& job, double creep_time) {
 void write_synthetic_job(const std::filesystem::path& directory, const SyntheticJob& job) {
   std::filesystem::create_directories(directory);
   std::ofstream(directory / "job.toml")
-      << "name = \"synthetic <creep>\"\n[specimen]\nparticles = 3000\nvoid_ratio = 0.65\nseed = 7\n"
+      << "name = \"synthetic <creep>\"\n[specimen]\nparticles = 3000\nvoid_ratio = 0.65\nseed = " << job.seed
+      << "\n"
       << "grading = { preset = \"fontainebleau-ne34\" }\n[material]\npreset = \"fontainebleau-ne34\"\n"
       << "[[program]]\nstage = \"oedometric\"\nuntil = { axial_stress = \"" << job.axial_stress << "\" }\n"
       << "[[program]]\nstage = \"creep\"\nduration = \"" << job.duration << "\"\n"

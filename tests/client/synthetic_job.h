@@ -14,6 +14,8 @@ struct SyntheticJob {
   bool loaded = true;       ///< false leaves it in packing
   bool finished = true;     ///< with summary.json
   double noise = 0.0;       ///< standard deviation of ln of the strain increments
+  unsigned noise_seed = 1;
+  int seed = 7;  ///< as written in job.toml
 };
 
 /// Files of such a job in `directory`, which is made.

@@ -11,6 +11,7 @@
 #include "core/experiment/fidelity.h"
 #include "core/experiment/job_text.h"
 #include "core/experiment/numerics_text.h"
+#include "core/experiment/stage_text.h"
 #include "core/experiment/wording.h"
 
 namespace creep {
@@ -259,6 +260,34 @@ TEST(JobText, a_key_without_a_place_is_an_error) {
   for (const std::string key : {"program.3.duration", "specimen.particles.x", "program.x", ""}) {
     EXPECT_FALSE(with_overrides(kLeast, {{key, "1"}}).ok()) << key;
   }
+}
+
+TEST(JobText, keys_are_taken_out_and_stages_cut) {
+  const std::string text =
+      "[specimen]\nparticles = 300\n[[program]]\nstage = \"isotropic\"\nuntil.mean_stress = \"1 MPa\"\n"
+      "[[program]]\nstage = \"triaxial\"\nuntil = { q_ratio = 0.5, q_max = \"2 MPa\" }\n"
+      "[[program]]\nstage = \"creep\"\nq_ratio = 0.5\nq_max = \"2 MPa\"\nduration = \"1 h\"\n";
+  EXPECT_EQ(string_at(text, "program.1.until.q_max"), "2 MPa");
+  for (const std::string none : {"program.0.until.q_max", "program.3.stage", "specimen.particles", "x.y", ""})
+    EXPECT_EQ(string_at(text, none), std::nullopt) << none;
+
+  const auto held = without_keys(text, {"program.2.q_ratio", "program.2.q_max", "program.9.x", "numerics.x"});
+  ASSERT_TRUE(held.ok()) << held.status();
+  EXPECT_EQ(std::get<CreepStage>(parsed(*held).program.at(2)).deviatoric_stress, std::nullopt);
+  EXPECT_EQ(std::get<CreepStage>(parsed(text).program.at(2)).deviatoric_stress, 1e6);
+  EXPECT_EQ(held->find("numerics"), std::string::npos);
+
+  const auto loading = with_stages(text, 0, 2);
+  ASSERT_TRUE(loading.ok()) << loading.status();
+  ASSERT_EQ(parsed(*loading).program.size(), 2U);
+  EXPECT_EQ(stage_name(parsed(*loading).program[1]), "triaxial");
+  EXPECT_FALSE(with_stages(text, 2, 2).ok());
+}
+
+TEST(StageText, a_kept_checkpoint_is_named_by_its_stage_and_what_it_was_kept_at) {
+  const TriaxialStage shear{.until = {}, .keep = Keep{0.05 * 22.6e6, Target::Measure::kDeviatoricStress}};
+  EXPECT_EQ(kept_checkpoint_name(1, shear, 4), "02_triaxial_deviatoric_stress_4.52MPa");
+  EXPECT_EQ(kept_checkpoint_name(1, shear, std::nullopt), "02_triaxial_end");
 }
 
 TEST(JobText, sections_that_are_left_out_are_those_of_the_source) {

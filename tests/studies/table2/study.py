@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The ten triaxial creep tests of the paper's Table 2; question and reading in README.md.
 
-  study.py OUT run    [--particles N] [--seeds N...] --bin BIN [--threads N]   computes what is not done yet, seed by seed
+  study.py OUT run    [--particles N] [--seeds N...] --bin BIN [--jobs N] [--threads N]   computes what is not done yet
   study.py OUT tables [--particles N] [--seeds N...] --bin BIN [--into FOLDER] runs_N.csv, table_N.md and figures of what is done
 
 One specimen a seed is compressed and sheared, with a checkpoint at each 0.05 q_max, and serves all ten tests.
@@ -20,19 +20,17 @@ sys.path.insert(0, str(here.parent / "calibration"))
 import measures  # noqa: E402
 import tables  # noqa: E402
 
-Q_MAX = 22.6  # [MPa], the paper's
-STEP = 0.05
 # q / q_max: (m, rate at 10 min [%/min]); Lei et al., Table 2
 PAPER = {0.2: (0.7713, 0.00043), 0.3: (0.7356, 0.0010), 0.4: (0.7903, 0.0017), 0.5: (0.7484, 0.0038), 0.6: (0.7353, 0.0086),
          0.7: (0.7246, 0.0263), 0.75: (0.7360, 0.0558), 0.8: (0.7238, 0.1247), 0.85: (0.723, 0.30), 0.9: (0.7251, 0.855)}
 COLUMNS = ("outcome", "jumps", "creep_strain_percent", "contraction_percent", "grading_index_change", "m",
            "rate_10_min_percent_per_min", "ripple_percent")
 
-TRUNK = """[specimen]
+JOB = """name = "Table 2, {particles} grains"
+[specimen]
 particles = {particles}
 grading = {{ preset = "fontainebleau-ne34" }}
 void_ratio = 0.65
-seed = {seed}
 
 [[program]]
 stage = "isotropic"
@@ -40,62 +38,38 @@ until = {{ mean_stress = "10 MPa" }}
 
 [[program]]
 stage = "triaxial"
-until = {{ deviatoric_stress = "{most:.6g} MPa" }}
+until = {{ q_ratio = 0.9, q_max = "22.6 MPa" }}
 axial_velocity = "0.1 m/s"
-keep = {{ every_deviatoric_stress = "{step:.6g} MPa" }}
+
+[[program]]
+stage = "creep"
+duration = "10000 s"
 
 [numerics]
 fidelity = "balanced"
 """
-CREEP = """[start]
-job = "{source}"
-checkpoint = "02_triaxial_deviatoric_stress_{stress:.6g}MPa"
-
-[[program]]
-stage = "creep"
-deviatoric_stress = "{stress:.6g} MPa"
-duration = "10000 s"
-"""
 
 
-def trunk_of(options, seed):
-    return options.out / f"{options.particles}" / f"seed_{seed}" / "sheared"
-
-
-def run_job(options, folder, text):
-    """True once the job is done."""
-    if measures.is_done(folder):
-        return True
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    job = folder.parent / f"{folder.name}.toml"
-    job.write_text(text)
-    with open(folder.parent / f"{folder.name}.log", "a") as log:
-        subprocess.run([options.bin / "creepctl", "run", job, "--out", folder, "--threads", str(options.threads)], stdout=log,
-                       stderr=log, check=False)
-    print(f"{folder}: {measures.status(folder)}", flush=True)
-    return measures.is_done(folder)
+def folder_of(options, seed, ratio):
+    return options.out / f"{options.particles}" / f"seed_{seed}" / f"q_{ratio}"
 
 
 def run(options):
-    failed = 0
-    for seed in options.seeds:
-        trunk = trunk_of(options, seed)
-        # A little beyond the last stress that a checkpoint is kept at.
-        text = TRUNK.format(particles=options.particles, seed=seed, most=0.905 * Q_MAX, step=STEP * Q_MAX)
-        if not run_job(options, trunk, text):
-            failed += 1
-            continue
-        for ratio in PAPER:
-            text = CREEP.format(source="sheared", stress=ratio * Q_MAX)
-            failed += not run_job(options, trunk.parent / f"q_{ratio}", text)
-    return 1 if failed else 0
+    """A trunk a seed, with a checkpoint at each 0.05 q_max, and the ten tests from there; done ones are left as they are."""
+    options.out.mkdir(parents=True, exist_ok=True)
+    job = options.out / f"table2_{options.particles}.toml"
+    job.write_text(JOB.format(particles=options.particles))
+    seeds = ",".join(f"{seed}..{seed}" for seed in options.seeds)
+    return subprocess.run([options.bin / "creepctl", "sweep", job, "--seeds", seeds, "--stress-ratio", ",".join(map(str, PAPER)),
+                           "--out", options.out / f"{options.particles}", "--jobs", str(options.jobs),
+                           "--threads", str(options.threads)], check=False).returncode
 
 
 def rows_of(options):
     rows = []
     for seed in options.seeds:
         for ratio in PAPER:
-            folder = trunk_of(options, seed).parent / f"q_{ratio}"
+            folder = folder_of(options, seed, ratio)
             if measures.is_done(folder):
                 rows.append({"q_ratio": ratio, "seed": seed} | measures.of_run(f"creep/q_{ratio}/seed_{seed}", folder, options.bin))
     return rows
@@ -165,7 +139,7 @@ def draw_strains(options, rows, path):
     out += [f'<text x="{left - 6}" y="{y_of(10.0 ** d) + 4:.1f}" text-anchor="end">1e{d}</text>' for d in range(least, 2)]
     ratios, ends = list(PAPER), {}
     for row in rows:
-        curve = tables.creep_curve(trunk_of(options, row["seed"]).parent / f"q_{row['q_ratio']}")
+        curve = tables.creep_curve(folder_of(options, row["seed"], row["q_ratio"]))
         curve = [(t, strain) for t, strain in curve if t >= 10.0 ** low and strain > 10.0 ** least]
         if not curve:
             continue
@@ -206,6 +180,7 @@ def main():
     parser.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
     parser.add_argument("--particles", type=int, default=11500)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
+    parser.add_argument("--jobs", type=int, default=1, help="so many at a time")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--into", type=pathlib.Path, help="folder for tables and figures (default: OUT)")
     options = parser.parse_args()

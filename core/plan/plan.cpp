@@ -1,4 +1,4 @@
-#include "client/plan.h"
+#include "core/plan/plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,21 +10,20 @@
 #include "core/physics/grading.h"
 #include "core/run/ageing.h"
 
-namespace creepctl {
+namespace creep {
 namespace {
 
 /// Edge of the cube after packing [m].
-double edge(const creep::SpecimenSpec& specimen) {
+double edge(const SpecimenSpec& specimen) {
   const double solid =
-      particle_count(specimen) * std::numbers::pi / 6.0 * creep::mean_cubed_diameter(specimen.grading);
+      particle_count(specimen) * std::numbers::pi / 6.0 * mean_cubed_diameter(specimen.grading);
   return std::cbrt(solid * (1.0 + specimen.void_ratio));
 }
 
 /// Cycles of loading: as many as the pilot's where it closed as fast, over a longer edge; else the way over
 /// the velocity.
-double loading_cycles(const creep::Experiment& job, const creep::Stage& stage, const PilotStage& took,
-                      const Pilot& pilot) {
-  const auto* triaxial = std::get_if<creep::TriaxialStage>(&stage);
+double loading_cycles(const Experiment& job, const Stage& stage, const PilotStage& took, const Pilot& pilot) {
+  const auto* triaxial = std::get_if<TriaxialStage>(&stage);
   const double own = triaxial != nullptr ? triaxial->axial_velocity : job.numerics.loading_velocity;
   const double longer = std::cbrt(particle_count(job.specimen) / pilot.particles);
   const double scaled = took.loading_cycles * longer;
@@ -34,25 +33,24 @@ double loading_cycles(const creep::Experiment& job, const creep::Stage& stage, c
 
 /// Dynamic stages of a hold: one, and one after each jump. Failures go with the particles, jumps with
 /// failures over n_age.
-double dynamic_stages(const creep::Experiment& job, const PilotStage& took, const Pilot& pilot) {
+double dynamic_stages(const Experiment& job, const PilotStage& took, const Pilot& pilot) {
   if (took.dynamic_stages < 1.0) return 0.0;
   double more = 1.0;
   if (!job.numerics.ageing_error_tolerance) {
     const double particles = particle_count(job.specimen);
-    const auto breakages =
-        static_cast<double>(creep::breakages_per_ageing(job.numerics, std::llround(particles)));
+    const auto breakages = static_cast<double>(breakages_per_ageing(job.numerics, std::llround(particles)));
     more = particles / pilot.particles * pilot.breakages / breakages;
   }
   return 1.0 + (took.dynamic_stages - 1.0) * more;
 }
 
-std::optional<double> measured_error(const creep::Numerics& numerics) {
-  const auto index = creep::fidelity_index(numerics.fidelity);
+std::optional<double> measured_error(const Numerics& numerics) {
+  const auto index = fidelity_index(numerics.fidelity);
   if (!index) return std::nullopt;
-  creep::Numerics as_named = creep::fidelity_numerics(*index);
+  Numerics as_named = fidelity_numerics(*index);
   as_named.skin = numerics.skin;  // changes no result
-  if (creep::numerics_text(as_named) != creep::numerics_text(numerics)) return std::nullopt;
-  return creep::fidelity_measure(*index).error;
+  if (numerics_text(as_named) != numerics_text(numerics)) return std::nullopt;
+  return fidelity_measure(*index).error;
 }
 
 /// The worker at its highest: 18 MB where 3 000 grains became 5 000, 40 MB where 11 500 became 25 000.
@@ -61,7 +59,7 @@ constexpr double kMemoryEach = 1.4 * 1024;             // bytes a particle, frag
 
 }  // namespace
 
-Plan make_plan(const creep::Experiment& job, const Pilot& pilot) {
+Plan make_plan(const Experiment& job, const Pilot& pilot) {
   Plan plan;
   plan.particles = particle_count(job.specimen);
   plan.packing_particle_steps = plan.particles * pilot.packing_cycles;
@@ -70,7 +68,7 @@ Plan make_plan(const creep::Experiment& job, const Pilot& pilot) {
   for (std::size_t i = 0; i < std::min(job.program.size(), pilot.stages.size()); ++i) {
     const PilotStage& took = pilot.stages[i];
     PlannedStage stage;
-    stage.text = creep::stage_text(job.program[i]);
+    stage.text = stage_text(job.program[i]);
     const double count = dynamic_stages(job, took, pilot);
     stage.dynamic_stages = {count, std::floor(count / kStageFactor), std::ceil(count * kStageFactor)};
     const double each = std::max(static_cast<double>(job.numerics.minimum_cycles), took.dynamic_cycles);
@@ -87,4 +85,4 @@ Plan make_plan(const creep::Experiment& job, const Pilot& pilot) {
   return plan;
 }
 
-}  // namespace creepctl
+}  // namespace creep

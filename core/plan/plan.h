@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "client/pilot.h"
 #include "core/experiment/experiment.h"
+#include "core/plan/pilot.h"
 
-namespace creepctl {
+namespace creep {
 
 /// A prediction and where it is believed to lie.
 struct Range {
@@ -43,6 +43,6 @@ inline constexpr double kSecondsFactor = 2.0;
 /// Extrapolates: as many dynamic stages as n_age and the particles ask for, each at least minimum_cycles
 /// long; loading over the edge of the specimen at the velocity of the job; the same time step and speed. A
 /// stage that the pilot did not reach is left out.
-Plan make_plan(const creep::Experiment& job, const Pilot& pilot);
+Plan make_plan(const Experiment& job, const Pilot& pilot);
 
-}  // namespace creepctl
+}  // namespace creep

@@ -1,0 +1,25 @@
+// The figures of ensembles as a table, for pages, terminals and programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "client/ensemble.h"
+
+namespace creepctl {
+
+/// Titles of the columns of ensemble_row(); "_{...}" is lowered on pages. The last three are the paper's.
+std::vector<std::string> ensemble_head();
+
+/// Cells: means with half widths, "–" where there is none.
+std::vector<std::string> ensemble_row(const Ensemble& ensemble);
+
+/// All rows in columns, lines cut to `width`; 0: none is.
+std::string ensemble_table_text(const std::vector<Ensemble>& ensembles, int width);
+
+/// One object an ensemble; each figure with mean, low, high (null for one run) and n, SI or as its name says.
+nlohmann::ordered_json ensembles_json(const std::vector<Ensemble>& ensembles);
+
+}  // namespace creepctl
