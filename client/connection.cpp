@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <thread>
 
@@ -194,7 +196,14 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> credentials_for(const 
   if (absl::StartsWith(target, "unix:")) {
     const std::string path = target.substr(std::string("unix:").size());
     if (::access(path.c_str(), R_OK | W_OK) != 0 && errno == EACCES) {
-      return absl::PermissionDeniedError(absl::StrCat(path, " is not yours to use"));
+      return absl::PermissionDeniedError(
+          absl::StrCat(path, " is not yours to use; creepd --allow-user lets others in"));
+    }
+    std::error_code unknown;
+    const auto kind = std::filesystem::status(path, unknown).type();
+    if (!unknown && kind != std::filesystem::file_type::not_found &&
+        kind != std::filesystem::file_type::socket) {
+      return absl::InvalidArgumentError(absl::StrCat(path, " is no socket"));
     }
     return grpc::InsecureChannelCredentials();  // the kernel tells the daemon who calls
   }
@@ -242,8 +251,11 @@ absl::StatusOr<std::string> server_target(const std::string& address) {
         absl::StrCat("\"", address, "\" is a URL; give the path of a socket or HOST:PORT"));
   } else if (!absl::StrContains(address, '/')) {
     const auto colon = address.rfind(':');
-    if (colon == 0 || colon == std::string::npos || colon + 1 == address.size() ||
-        address.find_first_not_of("0123456789", colon + 1) != std::string::npos) {
+    std::uint16_t port = 0;
+    const char* const end = address.data() + address.size();
+    const char* const digits = colon == std::string::npos ? end : address.data() + colon + 1;
+    const auto parsed = std::from_chars(digits, end, port);  // one beyond 16 bits would be cut to another
+    if (colon == 0 || parsed.ec != std::errc() || parsed.ptr != end || port == 0) {
       return absl::InvalidArgumentError(
           absl::StrCat("\"", address, "\" is neither the path of a socket nor HOST:PORT"));
     }

@@ -170,6 +170,8 @@ done
 expect_exit 2 creepctl ls --server nowhere
 expect_exit 2 creepctl ls --server http://localhost:7443
 expect_output "is a URL"
+expect_exit 2 creepctl ls --server "$work"
+expect_output "is no socket"
 expect_exit 2 creepctl wait "$id" --timeout soon
 expect_exit 2 creepctl wait "$id" --timeout -3
 expect_output "negative"
