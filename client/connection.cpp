@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <thread>
 
@@ -197,7 +199,14 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> credentials_for(const 
   if (absl::StartsWith(target, "unix:")) {
     const std::string path = target.substr(std::string("unix:").size());
     if (::access(path.c_str(), R_OK | W_OK) != 0 && errno == EACCES) {
-      return absl::PermissionDeniedError(absl::StrCat(path, " is not yours to use"));
+      return absl::PermissionDeniedError(
+          absl::StrCat(path, " is not yours to use; creepd --allow-user lets others in"));
+    }
+    std::error_code unknown;
+    const auto kind = std::filesystem::status(path, unknown).type();
+    if (!unknown && kind != std::filesystem::file_type::not_found &&
+        kind != std::filesystem::file_type::socket) {
+      return absl::InvalidArgumentError(absl::StrCat(path, " is no socket"));
     }
     return grpc::InsecureChannelCredentials();  // the kernel tells the daemon who calls
   }
@@ -240,10 +249,16 @@ absl::StatusOr<std::string> server_target(const std::string& address) {
   } else if (absl::StartsWith(address, "unix:")) {
     path = address.substr(std::string("unix:").size());
     if (absl::StartsWith(path, "//")) path = path.substr(2);
+  } else if (absl::StrContains(address, "://")) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("\"", address, "\" is a URL; give the path of a socket or HOST:PORT"));
   } else if (!absl::StrContains(address, '/')) {
     const auto colon = address.rfind(':');
-    if (colon == 0 || colon == std::string::npos || colon + 1 == address.size() ||
-        address.find_first_not_of("0123456789", colon + 1) != std::string::npos) {
+    std::uint16_t port = 0;
+    const char* const end = address.data() + address.size();
+    const char* const digits = colon == std::string::npos ? end : address.data() + colon + 1;
+    const auto parsed = std::from_chars(digits, end, port);  // one beyond 16 bits would be cut to another
+    if (colon == 0 || parsed.ec != std::errc() || parsed.ptr != end || port == 0) {
       return absl::InvalidArgumentError(
           absl::StrCat("\"", address, "\" is neither the path of a socket nor HOST:PORT"));
     }
@@ -286,24 +301,30 @@ int exit_code_of(const CallResult& result) {
 }
 
 void print_failure(const CallResult& result, const std::string& job_file) {
-  bool of_the_job_file_only = !result.violations.empty();
+  std::string message(result.status.message());
+  bool said = false;  // the message of a refused request repeats its first violation
   for (const Violation& violation : result.violations) {
-    const bool of_the_job_file = absl::StartsWith(violation.field, "spec:") && !job_file.empty();
-    of_the_job_file_only = of_the_job_file_only && of_the_job_file;
-    if (of_the_job_file) {
+    said = said || absl::StrContains(message, violation.description);
+    if (absl::StartsWith(violation.field, "spec:") && !job_file.empty()) {
       std::fprintf(stderr, "%s%s: %s %s\n", job_file.c_str(), violation.field.c_str() + 4,
                    red("error:", stderr).c_str(), violation.description.c_str());
     } else {
       complain(absl::StrCat(violation.field, ": ", violation.description));
     }
   }
-  if (of_the_job_file_only) return;
-  std::string message(result.status.message());
+  if (said) return;
   if (absl::IsUnavailable(result.status) && result.reason.empty()) {
-    const bool cut = absl::StrContains(message, "Socket closed");
-    message =
-        absl::StrCat("no daemon answers: ", message,
-                     cut ? " (over TLS: another certificate authority, or a certificate it refuses?)" : "");
+    const char* advice = "";
+    // Which of them depends on how much of the greeting was sent when the other side hung up.
+    const bool cut = absl::StrContains(message, "Socket closed") ||
+                     absl::StrContains(message, "Broken pipe") ||
+                     absl::StrContains(message, "Connection reset");
+    if (cut) {
+      advice = absl::StrContains(message, "unix:")
+                   ? " (creepd hangs up on users whom it is not told to allow: creepd --allow-user)"
+                   : " (over TLS: another certificate authority, or a certificate it refuses?)";
+    }
+    message = absl::StrCat("no daemon answers: ", message, advice);
   }
   complain(message.empty() ? absl::StatusCodeToString(result.status.code()) : message);
 }

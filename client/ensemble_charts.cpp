@@ -50,9 +50,12 @@ Series band_of(const MeanCurve& mean) {
   return band;
 }
 
-/// Bands of few seeds reach far: the axis leaves them as much room again as the curves take, and cuts the
-/// rest.
-void keep_curves_large(Chart& chart) {
+bool is_band(const Series& series) { return series.shape == Shape::kBand; }
+
+/// Intervals of few seeds reach far: the axis leaves them a share of the room that the curves take on either
+/// side, and cuts the rest.
+void keep_curves_large(Chart& chart, bool (*is_interval)(const Series&)) {
+  constexpr double kRoom = 0.15;
   const bool log = chart.y.scale == Scale::kLog;
   const auto place = [&](double value) { return log ? std::log(value) : value; };
   double low = std::numeric_limits<double>::infinity(), high = -low, lowest = low, highest = high;
@@ -61,12 +64,12 @@ void keep_curves_large(Chart& chart) {
       if (!drawable(chart.y.scale, value)) continue;
       lowest = std::min(lowest, place(value));
       highest = std::max(highest, place(value));
-      if (series.shape == Shape::kBand) continue;
+      if (is_interval(series)) continue;
       low = std::min(low, place(value));
       high = std::max(high, place(value));
     }
   }
-  const double room = 0.5 * (high - low);
+  const double room = kRoom * (high - low);
   if (!(room > 0.0) || (lowest >= low - room && highest <= high + room)) return;
   const AxisRange fit = axis_range(
       chart.y.scale, {log ? std::exp(std::max(lowest, low - room)) : std::max(lowest, low - room),
@@ -145,7 +148,7 @@ NamedChart strain_chart(const std::vector<Ensemble>& ensembles,
   chart.title = title_of("Creep: axial strain – log time", ensembles);
   chart.y = {"axial creep strain ε_{a} (%)", log ? Scale::kLog : Scale::kLinear, {}, {}, false};
   add_laboratory(chart, laboratory);
-  keep_curves_large(chart);
+  keep_curves_large(chart, is_band);
   return {"mean_creep_strain_log_time",
           absl::StrCat("Strain since the hold began. ", kCaption, log ? " Averaged as logarithms." : ""),
           chart};
@@ -155,7 +158,7 @@ NamedChart rate_chart(const std::vector<Ensemble>& ensembles) {
   Chart chart = time_chart(ensembles, rate_curve, MeanOf::kLogarithms);
   chart.title = title_of("Creep rate: log axial strain rate – log time", ensembles);
   chart.y = {"axial strain rate (%/min)", Scale::kLog, {}, {}, false};
-  keep_curves_large(chart);
+  keep_curves_large(chart, is_band);
   return {"mean_creep_rate_log_time",
           absl::StrCat("Rates between the ends of neighbouring dynamic stages. ", kCaption,
                        " Rates are averaged as logarithms; rates that are not positive are left out."),
@@ -166,7 +169,7 @@ NamedChart grading_index_chart(const std::vector<Ensemble>& ensembles) {
   Chart chart = time_chart(ensembles, grading_index_curve, MeanOf::kValues);
   chart.title = title_of("Grading index – log time", ensembles);
   chart.y = {"grading index I_{G} (–)", Scale::kLinear, {}, {}, false};
-  keep_curves_large(chart);
+  keep_curves_large(chart, is_band);
   return {"mean_grading_index_log_time", kCaption, chart};
 }
 
@@ -215,6 +218,7 @@ NamedChart paper_rate_chart(const std::vector<Ensemble>& ensembles) {
   if (has_intervals) chart.notes.push_back("bars: 95 % interval of the mean");
   chart.series.push_back(std::move(paper));
   chart.series.push_back(std::move(means));
+  keep_curves_large(chart, [](const Series& series) { return series.label.empty(); });
   return {
       "rate_10_min_stress_ratio",
       "Of the Singh-Mitchell fit over primary creep, averaged as logarithms; beyond the fit's window it is "

@@ -80,6 +80,7 @@ bool print_unknown_option(const CLI::App& command) {
 int main(int argument_count, char** arguments) {
   CLI::App app{"Simulates creep in quartz sands: checks, runs and reports jobs.", "creepctl"};
   app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("creepctl ") + CREEP_VERSION);
   app.footer(
       "'creepctl COMMAND --help' explains a command.\n\nExample:\n  creepctl init creep.toml && creepctl "
       "validate creep.toml");

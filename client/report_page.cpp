@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
+#include "client/broken_fraction.h"
 #include "client/html.h"
 #include "client/result_charts.h"
 #include "core/experiment/numerics_text.h"
@@ -248,6 +249,18 @@ std::string breakage_section(const JobResults& results) {
     rows.push_back({names[wanted], absl::StrCat(loading), absl::StrCat(creeping), absl::StrCat(fragments),
                     count > 0 ? number(1e3 * sum / static_cast<double>(count), "%.4f") : "–"});
   }
+  Rows sizes;
+  for (const BrokenFraction& one : broken_fractions(results)) {
+    sizes.push_back({absl::StrFormat("%.3f–%.3f", 1e3 * one.smallest, 1e3 * one.largest),
+                     absl::StrFormat("%.2f", 100.0 * one.fraction.front()),
+                     absl::StrFormat("%.2f", 100.0 * one.fraction.back())});
+  }
+  const std::string by_size =
+      sizes.empty()
+          ? ""
+          : html_table({"diameter (mm)", "broken at the first grading of the hold (% of those present)",
+                        "at the last (%)"},
+                       sizes, true);
   std::string relative;
   const auto hardin = results.figure("breakage_hardin"), einav = results.figure("breakage_einav");
   if (hardin && einav) {
@@ -261,7 +274,7 @@ std::string breakage_section(const JobResults& results) {
       "<h2>Breakage</h2>\n",
       html_table({"cause", "while loading", "while creeping", "of these fragments", "mean diameter (mm)"},
                  rows, true),
-      relative);
+      by_size, relative);
 }
 
 std::string cost_section(const JobResults& results) {

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstring>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 
 namespace creepd {
@@ -66,13 +67,25 @@ bool fulfil_request(Job& job) {
   return false;
 }
 
+std::string said_by(const Ending& verdict) {
+  return absl::StrCat(verdict.reason, verdict.advice.empty() ? "" : ". ", verdict.advice);
+}
+
+/// Nothing of a refused job is lost, but its state is final and its worker has no caller to give it options.
+std::string way_on(const Job& job, const AttemptEnd& end) {
+  if (!end.verdict) return "";
+  std::string way = " There a fork of this job goes on from its last checkpoint.";
+  if (absl::StrContains(said_by(*end.verdict), "--allow-inexact")) {
+    absl::StrAppend(&way, " Here: creepctl fetch ", job.id,
+                    " --out DIR && creepctl run DIR/job.toml --out DIR ", "--allow-inexact");
+  }
+  return way;
+}
+
 /// The endings that the worker itself decided on. False if this was none of them.
 bool conclude_by_verdict(Job& job, const AttemptEnd& end) {
   if (!end.exit_code) return false;
-  const std::string said =
-      end.verdict
-          ? absl::StrCat(end.verdict->reason, end.verdict->advice.empty() ? "" : " ", end.verdict->advice)
-          : absl::StrCat("exit code ", *end.exit_code);
+  const std::string said = end.verdict ? said_by(*end.verdict) : absl::StrCat("exit code ", *end.exit_code);
   const std::string outcome = end.verdict ? end.verdict->outcome : "";
   switch (*end.exit_code) {
     case kDone:
@@ -84,8 +97,11 @@ bool conclude_by_verdict(Job& job, const AttemptEnd& end) {
       become(job, JobState::kFailed, StateReason::kBadInput, said);
       return true;
     case kRefused:
-      become(job, JobState::kFailed,
-             outcome == "guard_stop" ? StateReason::kGuardStop : StateReason::kRefused, said);
+      if (outcome == "guard_stop") {
+        become(job, JobState::kFailed, StateReason::kGuardStop, said);
+      } else {
+        become(job, JobState::kFailed, StateReason::kRefused, absl::StrCat(said, way_on(job, end)));
+      }
       return true;
     default:
       return false;

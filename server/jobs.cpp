@@ -116,6 +116,13 @@ absl::StatusOr<std::string> whole_spec(const Submission& submission, const std::
   return spec;
 }
 
+/// The same as a job that starts from a checkpoint of another.
+absl::StatusOr<std::string> started_spec(const std::string& spec, const std::string& source,
+                                         const CheckpointChoice& choice) {
+  return creep::with_overrides(
+      spec, {{"start.job", quoted(source)}, {"start.checkpoint", quoted(name_of(choice))}});
+}
+
 absl::Status can_start(const ChosenCheckpoint& checkpoint, const std::string& specimen_hash) {
   const absl::Status can = creep::can_start_from(checkpoint.info, specimen_hash);
   if (can.ok()) return absl::OkStatus();
@@ -216,13 +223,32 @@ absl::StatusOr<JobStore::Inserted> Jobs::fork(const Caller& caller, const std::s
   return derive(caller, source, choice, std::move(submission), key);
 }
 
+absl::Status Jobs::without_checkpoint(const Caller& caller, const std::string& source,
+                                      const CheckpointChoice& choice, Submission submission,
+                                      const std::string& parent_spec, const absl::Status& missing) const {
+  auto spec = whole_spec(submission, parent_spec);
+  if (spec.ok()) spec = started_spec(*spec, source, choice);
+  absl::Status wrong = spec.status();
+  if (spec.ok()) {
+    submission.spec = *std::move(spec);
+    wrong = check_all(caller, submission).status();
+  }
+  if (wrong.ok()) return missing;
+  Refusal all = refusal_of(wrong);
+  all.violations.push_back({"checkpoint", std::string(missing.message())});
+  return refuse(wrong.code(), std::string(wrong.message()), all);
+}
+
 absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std::string& source,
                                                 const CheckpointChoice& choice, Submission submission,
                                                 const RequestKey& key) {
   const auto parent = get(caller, source);
   if (!parent.ok()) return parent.status();
   const auto checkpoint = choose_checkpoint(folder(source), choice);
-  if (!checkpoint.ok()) return checkpoint.status();
+  if (!checkpoint.ok()) {
+    return without_checkpoint(caller, source, choice, std::move(submission), parent->spec,
+                              checkpoint.status());
+  }
   auto spec = whole_spec(submission, parent->spec);
   if (!spec.ok()) return spec.status();
   submission.spec = *std::move(spec);
@@ -231,9 +257,7 @@ absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std:
   // checkpoint.
   const bool goes_on = checked.ok() && checked->job.experiment_hash == checkpoint->info.experiment_hash;
   if (!goes_on) {
-    auto started = creep::with_overrides(
-        submission.spec,
-        {{"start.job", quoted(source)}, {"start.checkpoint", quoted(name_of(checkpoint->choice))}});
+    auto started = started_spec(submission.spec, source, checkpoint->choice);
     if (!started.ok()) return started.status();
     submission.spec = *std::move(started);
     checked = check_all(caller, submission);

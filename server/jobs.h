@@ -69,6 +69,10 @@ class Jobs {
   absl::StatusOr<JobStore::Inserted> derive(const Caller& caller, const std::string& source,
                                             const CheckpointChoice& choice, Submission submission,
                                             const RequestKey& key);
+  /// What to say where the checkpoint is missing: that, and what is wrong with the job file besides.
+  absl::Status without_checkpoint(const Caller& caller, const std::string& source,
+                                  const CheckpointChoice& choice, Submission submission,
+                                  const std::string& parent_spec, const absl::Status& missing) const;
   absl::Status check_room(std::uint64_t memory) const;
   absl::StatusOr<JobStore::Inserted> insert(Job job, const RequestKey& key,
                                             const std::filesystem::path& folder);

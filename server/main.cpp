@@ -84,7 +84,14 @@ std::uint64_t machine_memory() {
          static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
-absl::StatusOr<uid_t> user_id(const std::string& name) {
+/// As whom the kernel shows a caller whose number has no place in our user namespace; man 5 proc.
+uid_t overflow_user() {
+  uid_t number = 65534;
+  std::ifstream("/proc/sys/kernel/overflowuid") >> number;
+  return number;
+}
+
+absl::StatusOr<uid_t> user_number(const std::string& name) {
   if (!name.empty() && name.find_first_not_of("0123456789") == std::string::npos) {
     uid_t number = 0;
     const auto parsed = std::from_chars(name.data(), name.data() + name.size(), number);
@@ -95,6 +102,14 @@ absl::StatusOr<uid_t> user_id(const std::string& name) {
   if (entry == nullptr)
     return absl::InvalidArgumentError(absl::StrCat("--allow-user: there is no user ", name));
   return entry->pw_uid;
+}
+
+absl::StatusOr<uid_t> user_id(const std::string& name) {
+  const auto number = user_number(name);
+  if (!number.ok() || *number != overflow_user()) return number;
+  return absl::InvalidArgumentError(absl::StrCat(
+      "--allow-user: ", name, " is who the kernel says for every user whose number it cannot map, as from ",
+      "another user namespace: that would let in many, each to the jobs of the others"));
 }
 
 /// Of a number given as an option: more is a slip of the keyboard.

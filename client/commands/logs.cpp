@@ -5,10 +5,12 @@
 #include <memory>
 #include <thread>
 
+#include "absl/strings/str_cat.h"
 #include "client/artifacts.h"
 #include "client/connection.h"
 #include "client/exit_codes.h"
 #include "client/remote_job.h"
+#include "client/terminal.h"
 
 namespace creepctl {
 namespace {
@@ -47,6 +49,9 @@ int logs(const Options& options, Connection& connection) {
     api::GetJobRequest request;
     request.set_job(id);
     result = connection.call(request, job);
+  }
+  if (result.ok() && position.etag.empty()) {
+    complain(absl::StrCat(id, " has no log: it is ", state_text(job.state(), job.state_reason())));
   }
   if (result.ok()) return kOk;
   print_failure(result);

@@ -105,9 +105,8 @@ void add_ls(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->take_all()
       ->type_name("KEY=VALUE");
-  command->add_option("--limit", options->limit, "At most so many; 0: all")
-      ->check(CLI::Range(0, 1000000))
-      ->capture_default_str();
+  command->add_option("--limit", options->limit, "At most so many (default: all)")
+      ->check(CLI::Range(1, 1000000));
   command->add_flag("--quiet,-q", options->quiet, "Only the ids");
   command->add_flag("--json", options->json, "Print JSON");
   add_server_options(*command, options->server);

@@ -16,14 +16,16 @@ namespace {
 struct Options {
   ServerOptions server;
   std::string id;
-  std::string timeout;
+  std::string timeout;  // with its unit
   bool quiet = false;
 };
 
-/// "90 s", or a bare number of seconds.
-absl::StatusOr<double> parse_timeout(const std::string& text) {
-  const bool bare = !text.empty() && text.find_first_not_of("0123456789.") == std::string::npos;
-  return creep::parse_quantity(bare ? text + " s" : text, creep::Dimension::kDuration);
+/// [s]. A bare number of seconds gets its unit.
+absl::StatusOr<double> parse_timeout(std::string& text) {
+  if (!text.empty() && text.find_first_not_of("-0123456789.") == std::string::npos) text += " s";
+  const auto seconds = creep::parse_quantity(text, creep::Dimension::kDuration);
+  if (seconds.ok() && *seconds < 0.0) return absl::InvalidArgumentError(text + " is negative");
+  return seconds;
 }
 
 FollowListener patient_listener() {

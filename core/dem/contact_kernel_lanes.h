@@ -267,6 +267,18 @@ inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t siz
   running = {before, sum};
 }
 
+/// How many contacts ahead the memory is asked for, about two microseconds.
+inline constexpr std::size_t kAhead = 256;
+
+/// Asks for the second particles of a block to come: their places jump, which the processor cannot foresee.
+inline void ask_ahead(const ContactPhase& phase, std::size_t c, std::size_t end) {
+  const std::size_t begin = c + kAhead;
+  for (std::size_t k = begin; k < begin + kBlock && k < end; ++k) {
+    __builtin_prefetch(phase.body + phase.second[k]);
+    __builtin_prefetch(phase.resultant + phase.second[k], 1);
+  }
+}
+
 template <bool kTurning, bool kRough, bool kMeasure, bool kCheck>
 void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, ContactSums& sums) {
   Totals totals;
@@ -274,6 +286,7 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
   Block block;
   for (std::size_t c = begin; c < end; c += kBlock) {
     const std::size_t size = end - c < kBlock ? end - c : kBlock;
+    if (phase.ask_ahead) ask_ahead(phase, c, end);
     meet<kTurning>(phase, c, end, block);
     press<kRough>(phase, size, block);
     rub<kTurning, kMeasure, kCheck>(phase, c, size, block, totals);

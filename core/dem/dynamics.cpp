@@ -15,6 +15,9 @@ namespace {
 /// Cracks slower than this [m/s] would take 10^8 years through the smallest grain that can fail.
 constexpr double kLeastCrackVelocity = 1e-20;
 
+/// Bodies and resultants beyond this [bytes] come from memory in every cycle, not from a cache.
+constexpr std::size_t kCached = 8 << 20;
+
 double largest_wall_displacement(const Specimen& specimen) {
   double largest = 0.0;
   for (std::size_t w = 0; w < 6; ++w) {
@@ -90,6 +93,7 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   contact_phase.tangential_ratio = model_.tangential_ratio;
   contact_phase.friction = specimen.friction;
   contact_phase.drift = kind.move ? specimen.last_time_step : 0.0;
+  contact_phase.ask_ahead = particles.size() * (sizeof(Body) + sizeof(ContactForce)) > kCached;
   of_member_.assign(of_member_.size(), Sums{});
   std::optional<Doing> doing;
   doing.emplace(options_.activity, Activity::kContacts);

@@ -58,6 +58,7 @@ struct ContactPhase {
   double tangential_ratio = 0.0;  ///< kt/kn [-]
   double friction = 0.0;          ///< mu [-]
   double drift = 0.0;             ///< step between the last positions and these [s]
+  bool ask_ahead = false;         ///< the particles are more than the caches hold; changes no result
 };
 
 struct ContactSums {

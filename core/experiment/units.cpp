@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/arithmetic/check.h"
 #include "core/experiment/wording.h"
 
 namespace creep {
@@ -207,6 +208,7 @@ std::string format_quantity(double value, Dimension dimension) {
     if (best == nullptr || std::abs(value) >= size * (1.0 - 1e-12)) best = &unit;
   }
   if (value == 0.0) best = find_unit(unit_names(dimension).front());
+  CREEP_CHECK(best != nullptr, "a dimension without a unit");
   std::array<char, 64> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%.6g",
                 value / best->multiplier / std::pow(10.0, best->exponent));

@@ -21,11 +21,18 @@ constexpr std::size_t kChunk = 256 << 10;
 /// One FetchArtifact: reads on a thread of the queue, one chunk in flight.
 class FetchStream final : public grpc::ServerWriteReactor<v1::ArtifactChunk> {
  public:
-  FetchStream(CallQueue& calls, std::atomic<int>& transfers) : calls_(calls), transfers_(transfers) {
-    ++transfers_;
+  FetchStream(CallQueue& calls, std::atomic<int>& transfers) : calls_(calls), transfers_(transfers) {}
+  ~FetchStream() override {
+    if (counted_) --transfers_;
   }
-  ~FetchStream() override { --transfers_; }
 
+  /// False if there are too many already. One that is refused is not counted: it would shut out those that
+  /// fit.
+  bool admit() {
+    counted_ = transfers_.fetch_add(1) < kMostTransfers;
+    if (!counted_) --transfers_;
+    return counted_;
+  }
   void begin(OpenArtifact open, std::uint64_t offset) {
     open_ = std::move(open);
     offset_ = offset;
@@ -59,6 +66,7 @@ class FetchStream final : public grpc::ServerWriteReactor<v1::ArtifactChunk> {
 
   CallQueue& calls_;
   std::atomic<int>& transfers_;
+  bool counted_ = false;
   OpenArtifact open_;
   std::uint64_t offset_ = 0;
   v1::ArtifactChunk chunk_;
@@ -191,7 +199,7 @@ grpc::ServerWriteReactor<v1::ArtifactChunk>* CreepService::FetchArtifact(
   const auto begin = [this, stream, caller, request] {
     if (refusing_) return stream->fail(shutting_down());
     if (!caller) return stream->fail(unknown_user());
-    if (transfers_ > kMostTransfers) {
+    if (!stream->admit()) {
       return stream->fail(refuse(absl::StatusCode::kResourceExhausted, "there are too many transfers",
                                  {"TOO_MANY_TRANSFERS", {{"limit", absl::StrCat(kMostTransfers)}}, {}, 10}));
     }

@@ -30,6 +30,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::Event> {
     {
       const std::lock_guard lock(hub.mutex_);
       hub.streams_.erase(this);
+      if (admitted) --hub.admitted_;
       hub.some_left_ = true;
     }
     hub.news_.notify_one();
@@ -42,10 +43,11 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::Event> {
   const std::optional<Caller> caller;
   const std::string job;
   std::uint64_t last_seq;
-  bool admitted = false;
   bool cancel_tried = false;
   v1::Event event;
   WatchHub::Clock::time_point sent = WatchHub::Clock::now();
+  // Behind the hub's mutex; written by the hub's thread alone, which reads it without.
+  bool admitted = false;
   // Behind the hub's mutex.
   bool in_flight = false;
   bool gone = false;
@@ -109,7 +111,7 @@ void WatchHub::stop() {
 
 int WatchHub::watchers() const {
   const std::lock_guard lock(mutex_);
-  return static_cast<int>(streams_.size());
+  return admitted_;
 }
 
 void WatchHub::loop() {
@@ -160,21 +162,25 @@ void WatchHub::serve(WatchStream& stream) {
   if (stopping) return finish(stream, shutting_down());
   if (!stream.admitted) {
     if (auto status = admit(stream); !status.ok()) return finish(stream, status);
+    const std::lock_guard lock(mutex_);
     stream.admitted = true;
+    ++admitted_;
   }
   send(stream);
 }
 
 absl::Status WatchHub::admit(WatchStream& stream) {
   if (!stream.caller) return unknown_user();
-  if (watchers() > kMostWatchers) {
+  if (watchers() >= kMostWatchers) {
     return refuse(absl::StatusCode::kResourceExhausted, "there are too many watchers",
                   {"TOO_MANY_WATCHERS", {{"limit", absl::StrCat(kMostWatchers)}}, {}, 30});
   }
   const auto job = jobs_.get(*stream.caller, stream.job);
   if (!job.ok()) return job.status();
   if (stream.last_seq <= job->last_seq()) return absl::OkStatus();
-  return refuse(absl::StatusCode::kOutOfRange, "after_seq is ahead of the job",
+  return refuse(absl::StatusCode::kOutOfRange,
+                absl::StrCat("after_seq ", stream.last_seq, " is ahead of the job, whose last event is ",
+                             job->last_seq()),
                 {"AFTER_SEQ_IN_FUTURE", {{"last_seq", absl::StrCat(job->last_seq())}}, {}, {}});
 }
 

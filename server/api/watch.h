@@ -41,6 +41,7 @@ class WatchHub {
   /// Ends all streams and those to come: the daemon is going down.
   void stop();
 
+  /// Those admitted: one that is refused does not count, or many at once would shut out those that fit.
   int watchers() const;
 
  private:
@@ -71,6 +72,7 @@ class WatchHub {
   mutable std::mutex mutex_;
   std::condition_variable news_;
   std::set<WatchStream*> streams_;
+  int admitted_ = 0;  // of them
   std::set<std::string> changed_;
   bool some_left_ = false;  // since feeds were last looked through
   bool stopping_ = false;

@@ -347,7 +347,7 @@ int work(const WorkerOptions& options, StopRequest& stop) {
   if (!told.ok() && ending.exit_code == kDone) ending = ending_of(told);
   const std::string line =
       absl::StrCat("ended ", ending.exit_code, " (", ending.outcome, "): ", ending.reason,
-                   ending.advice.empty() ? "" : " ", ending.advice);
+                   ending.advice.empty() ? "" : ". ", ending.advice);
   ending.exit_code == kDone || ending.exit_code == kCheckpointed ? log->line(line) : log->trouble(line);
   return ending.exit_code;
 }

@@ -228,6 +228,7 @@ TEST_F(JobCommands, usage_errors_exit_2_and_help_ends_with_an_example) {
 
 TEST_F(JobCommands, version_is_a_line_or_json) {
   EXPECT_TRUE(std::regex_match(creepctl("version").out, std::regex("creepctl [0-9]+\\.[0-9]+\\.[0-9]+\n")));
+  EXPECT_EQ(creepctl("--version").out, creepctl("version").out);
   EXPECT_EQ(nlohmann::json::parse(creepctl("version --json").out)["name"], "creepctl");
 }
 

@@ -54,7 +54,8 @@ TEST(ServerTarget, TakesPathsAndHostsWithAPort) {
   EXPECT_EQ(*server_target("unix:///tmp/a.sock"), "unix:/tmp/a.sock");
   EXPECT_EQ(*server_target("./a.sock"), "unix:" + (std::filesystem::current_path() / "./a.sock").string());
   EXPECT_EQ(*server_target("cluster:7000"), "cluster:7000");
-  for (const char* wrong : {"cluster", ":7000", "cluster:", "cluster:http"}) {
+  for (const char* wrong : {"cluster", ":7000", "cluster:", "cluster:http", "cluster:99999", "cluster:0",
+                            "http://cluster:7000"}) {
     EXPECT_FALSE(server_target(wrong).ok()) << wrong;
   }
   EXPECT_FALSE(server_target("/" + std::string(107, 'x')).ok()) << "more than sockaddr_un holds";

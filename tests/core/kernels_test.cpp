@@ -276,6 +276,23 @@ TEST_P(VectorKernels, contacts_in_shares_give_what_they_give_at_once) {
   expect_same_sums(expected, sums);
 }
 
+TEST_P(VectorKernels, asking_for_memory_ahead_changes_no_bit) {
+  const Material material;
+  const ContactModel model(material);
+  for (const bool measure : {false, true}) {
+    Pairs plain(model, material, 1005, 11);
+    Pairs asked = plain;
+    const CycleKind kind{measure, true, true};
+    const ContactSums expected = plain.run(portable_kernels(), model, material, kind);
+    ContactPhase phase = asked.phase(model, material, kind);
+    phase.ask_ahead = true;
+    ContactSums sums;
+    kernels_->contacts(phase, kind, 0, 1005, sums);
+    expect_same_pairs(plain, asked, kind);
+    expect_same_sums(expected, sums);
+  }
+}
+
 /// A tight heap of grains of very unequal size, some of them against walls and beyond, with its list and
 /// forces.
 struct Heap {

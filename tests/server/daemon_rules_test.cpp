@@ -103,6 +103,11 @@ TEST(AttemptEnding, AGuardStopAndARefusalAreNeverTriedAgain) {
   Job refused = running_job();
   conclude(refused, exit_with(kRefused, "refused"), kNow);
   EXPECT_EQ(refused.reason, StateReason::kRefused);
+  EXPECT_NE(refused.message.find("a fork of this job goes on"), std::string::npos);
+  EXPECT_EQ(refused.message.find("creepctl run"), std::string::npos);
+  Job inexact = running_job();
+  conclude(inexact, exit_with(kRefused, "refused", "other arithmetic; --allow-inexact continues it"), kNow);
+  EXPECT_NE(inexact.message.find("creepctl run DIR/job.toml --out DIR --allow-inexact"), std::string::npos);
   Job bad = running_job();
   conclude(bad, exit_with(kBadInput, "bad_input"), kNow);
   EXPECT_EQ(bad.reason, StateReason::kBadInput);

@@ -92,8 +92,11 @@ creepctl ls --json | /usr/bin/python3 -m json.tool >/dev/null || fail "ls --json
 creepctl watch "$id" --after 0 --json >"$work/events"
 numbers_once "$work/events"
 expect_exit 0 creepctl doctor
-bash -c 'PATH=$1:$PATH; source <(creepctl completion bash); COMP_WORDS=(creepctl show ""); COMP_CWORD=2; _creepctl
-  echo "${COMPREPLY[*]}"' - "$bin" | grep -qF "$id" || fail "the completion knows no job ids"
+completes() {
+  bash -c 'PATH=$1:$PATH; source <(creepctl completion bash); COMP_WORDS=(creepctl show ""); COMP_CWORD=2; _creepctl
+    echo "${COMPREPLY[*]}"' - "$bin" | grep -qF "$id"
+}
+wait_for 20 completes  # on a busy machine the list may take longer than a completion waits
 
 step "pause, resume, fork, cancel, delete"
 id=$(creepctl submit "$job" 2>/dev/null)
@@ -106,9 +109,17 @@ fork=$(creepctl fork "$id")
 cancelled=$(creepctl submit "$job" --priority 5 2>/dev/null)
 expect_exit 1 creepctl delete "$cancelled"
 expect_output "cancel it first"
+# All that is wrong is told: a checkpoint that is missing hides no other mistake.
+expect_exit 5 creepctl fork "$cancelled"
+expect_output "the job has no checkpoint yet"
+expect_exit 5 creepctl fork "$cancelled" --set foo=1
+expect_output "the job has no checkpoint yet"
+expect_output "unknown key \"foo\""
 # The answer to a submission says where in the queue the job stands.
 waiting=$(creepctl submit "$job" --priority -5 --request-id waits --json)
 grep -qE '"queue_position": "?[1-9]' <<<"$waiting" || fail "no place in the queue: $waiting"
+expect_exit 0 creepctl logs "$(creepctl submit "$job" --priority -5 --request-id waits 2>/dev/null)"
+expect_output "has no log: it is QUEUED"
 forked=$(creepctl fork "$id" --priority -6 --request-id forks --json)
 grep -qE '"queue_position": "?[1-9]' <<<"$forked" || fail "no place in the queue for a fork: $forked"
 expect_exit 0 creepctl cancel "$(creepctl fork "$id" --priority -6 --request-id forks)"
@@ -137,16 +148,33 @@ expect_exit 5 creepctl submit "$job" --label Bad=1
 expect_exit 0 creepctl submit "$job" --validate-only
 expect_exit 2 creepctl submit "$job" --label none
 expect_exit 2 creepctl ls --limit -3
+expect_exit 2 creepctl ls --limit 0
+[[ $(creepctl ls -q --limit 1 | wc -l) == 1 ]] || fail "ls --limit 1"
 expect_exit 2 creepctl watch "$id" --after -1
+expect_exit 5 creepctl watch "$id" --after 999999
+expect_output "whose last event is"
+expect_exit 5 creepctl submit "$job" --request-id 'a b'
+[[ $(grep -c "printable characters" "$work/output") == 1 ]] || fail "one mistake is told twice"
 for option in --memory --least-free --max-jobs --slots --stall-limit; do
   expect_exit 2 "$bin/creepd" --state "$work/never" "$option" -1
 done
 # More than 32 bits, which cut short would be another user, root here.
 expect_exit 2 "$bin/creepd" --state "$work/never" --allow-user 4294967296
 expect_exit 2 "$bin/creepd" --state "$work/never" --allow-user 4294967295
+# As which the kernel names everybody whom the user namespace of creepd does not know.
+for user in "$(</proc/sys/kernel/overflowuid)" nobody; do
+  expect_exit 2 "$bin/creepd" --state "$work/never" --allow-user "$user"
+  expect_output "whose number it cannot map"
+done
 [[ ! -e "$work/never" ]] || fail "a refused option left a state folder"
 expect_exit 2 creepctl ls --server nowhere
+expect_exit 2 creepctl ls --server http://localhost:7443
+expect_output "is a URL"
+expect_exit 2 creepctl ls --server "$work"
+expect_output "is no socket"
 expect_exit 2 creepctl wait "$id" --timeout soon
+expect_exit 2 creepctl wait "$id" --timeout -3
+expect_output "negative"
 expect_exit 5 creepctl fetch "$id" --out "$here"
 expect_output "holds other files"
 

@@ -20,7 +20,9 @@ FORGED = (("uid", "0"), ("x-uid", "0"), ("authorization", "uid 0"))  # what a ca
 SECONDS = 120
 MOST_WATCHERS = 1000
 MOST_TRANSFERS = 64
-LONG_FILE = 1_000_000  # bytes, more than a stream buffers: the transfer waits for its reader
+LONG_FILE = 1_000_000  # bytes; of which a transfer that nobody reads brings a chunk and 64 KiB
+# Else gRPC measures how much the connection carries and may buffer the whole file unread: a transfer that has ended.
+FIXED_WINDOW = [("grpc.http2.bdp_probe", 0), ("grpc.http2.lookahead_bytes", 1 << 16)]
 
 
 def reason_of(error):
@@ -97,6 +99,20 @@ def submit(service, job_file):
         print(service.SubmitJob(creep.SubmitJobRequest(spec=file.read(), request_id="mine"), timeout=SECONDS).job.id)
 
 
+def served_of_many(streams, refusal, room):
+    """Those of the streams that were not refused, as (first message, the rest unread). As many as there is room for."""
+    served = []
+    for stream in streams:
+        try:
+            served.append((next(stream), stream))
+        except grpc.RpcError as error:
+            if reason_of(error) != refusal:
+                sys.exit(f"not {refusal}: {error.details()}")
+    if len(served) != room:
+        sys.exit(f"{refusal}: of {len(streams)} asked for at once {len(served)} were served, not {room}")
+    return served
+
+
 def limits(service, job, job_file, room):
     with open(job_file, encoding="utf-8") as file:
         spec = file.read()
@@ -125,23 +141,21 @@ def limits(service, job, job_file, room):
     expect("RESOURCE_EXHAUSTED", "QUEUE_FULL", submit_one, f"a job beyond the {room} there is room for")
 
     quiet = service.WatchJob(creep.WatchJobRequest(job=padded, after_seq=1))
-    transfers = [service.FetchArtifact(creep.FetchArtifactRequest(job=padded, name="job.toml"))
-                 for _ in range(MOST_TRANSFERS)]
-    got = [len(next(transfer).data) for transfer in transfers]
     one_more = creep.FetchArtifactRequest(job=padded, name="job.toml")
+    transfers = [service.FetchArtifact(one_more) for _ in range(4 * MOST_TRANSFERS)]
+    served = served_of_many(transfers, "TOO_MANY_TRANSFERS", MOST_TRANSFERS)
     expect("RESOURCE_EXHAUSTED", "TOO_MANY_TRANSFERS", lambda: next(service.FetchArtifact(one_more)), "a transfer more")
-    for first, transfer in zip(got, transfers):
-        if first + sum(len(chunk.data) for chunk in transfer) != LONG_FILE:
+    for first, transfer in served:
+        if len(first.data) + sum(len(chunk.data) for chunk in transfer) != LONG_FILE:
             sys.exit("a transfer within the limit was not served whole")
     if sum(len(chunk.data) for chunk in service.FetchArtifact(one_more)) != LONG_FILE:
         sys.exit("no transfer again after the others ended")
 
-    watchers = [service.WatchJob(creep.WatchJobRequest(job=padded)) for _ in range(MOST_WATCHERS - 1)]  # and quiet
-    for watcher in watchers:
-        next(watcher)
     one_more = creep.WatchJobRequest(job=padded)
+    watchers = [service.WatchJob(one_more) for _ in range(2 * MOST_WATCHERS)]
+    served = served_of_many(watchers, "TOO_MANY_WATCHERS", MOST_WATCHERS - 1)  # and quiet
     expect("RESOURCE_EXHAUSTED", "TOO_MANY_WATCHERS", lambda: next(service.WatchJob(one_more)), "a watcher more")
-    for watcher in watchers:
+    for _, watcher in served:
         watcher.cancel()
     if next(quiet).WhichOneof("what") != "heartbeat":
         sys.exit("no heartbeat where there is no news")
@@ -149,7 +163,7 @@ def limits(service, job, job_file, room):
 
 def main():
     socket, check, *arguments = sys.argv[1:]
-    options = [("grpc.max_send_message_length", -1), ("grpc.enable_http_proxy", 0)]
+    options = [("grpc.max_send_message_length", -1), ("grpc.enable_http_proxy", 0), *FIXED_WINDOW]
     channel = grpc.insecure_channel(f"unix:{socket}", options=options)
     if check == "standard":
         return standard(channel)

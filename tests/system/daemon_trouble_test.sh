@@ -110,6 +110,27 @@ else
   printf 'SKIPPED: a full disk needs the right to mount a small tmpfs\n'
 fi
 
+step "checkpoints of a newer program, as after going back to an older one: nothing is lost"
+start_daemon --checkpoint-interval 0.2
+id=$(submit)
+wait_for 30 has_checkpoint "$(folder_of "$id")"
+expect_exit 0 creepctl pause "$id"
+wait_for 30 is "$id" PAUSED
+checkpoints=$(folder_of "$id")/checkpoints
+cp -r "$checkpoints" "$work/checkpoints"
+for checkpoint in "$checkpoints"/ck.*; do printf '\xff' | dd of="$checkpoint" bs=1 seek=8 conv=notrunc 2>/dev/null; done
+expect_exit 0 creepctl resume "$id"
+wait_for 30 is "$id" FAILED
+has_reason "$id" REFUSED || fail "the reason is $(field "$id" state_reason)"
+expect_exit 0 creepctl show "$id"
+expect_output "made by a newer program"
+expect_output "a fork of this job goes on"
+expect_exit 1 creepctl fork "$id"
+expect_output "made by a newer program"
+cp "$work/checkpoints"/* "$checkpoints"
+succeeded "$(creepctl fork "$id")"
+stop_daemon
+
 step "a worker that is asked to stop before it listens"
 cat >"$work/late" <<SCRIPT
 #!/bin/bash

@@ -5,7 +5,7 @@ set -euo pipefail
 export LC_ALL=C NO_COLOR=1
 unset CREEP_ISA
 
-bin=$1
+bin=$(cd "$1" && pwd)
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 work=$(mktemp -d "${TMPDIR:-/tmp}/creep-system-XXXXXX")
 mounted=

@@ -70,6 +70,7 @@ expect_exit 0 inside setpriv --reuid 1000 --regid 1000 --clear-groups \
   env HOME=/tmp CREEPCTL_SERVER=/run/creepd/creepd.sock creepctl ls
 expect_exit 4 inside setpriv --reuid 1001 --regid 1001 --clear-groups \
   env HOME=/tmp CREEPCTL_SERVER=/run/creepd/creepd.sock creepctl show "$id"
+expect_output "creepd --allow-user"
 expect_exit 0 inside systemctl stop creepd
 [[ $(property Result) == success ]] || fail "stopped with $(property Result)"
 

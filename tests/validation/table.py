@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-PROGRAMS = ["collision_test", "oblique_collision_test", "fcc_test"]
+PROGRAMS = ["collision_test", "oblique_collision_test", "shear_cycle_test", "fcc_test"]
 BEGIN = "<!-- validation table: tests/validation/table.py -->"
 END = "<!-- end of the validation table -->"
 
