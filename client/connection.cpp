@@ -104,6 +104,9 @@ class GrpcConnection final : public Connection {
   CallResult call(const api::ForkJobRequest& request, api::SubmitJobResponse& response) override {
     return repeat(&Stub::ForkJob, request, response);
   }
+  CallResult call(const api::PlanJobRequest& request, api::PlanJobResponse& response) override {
+    return repeat(&Stub::PlanJob, request, response);
+  }
   CallResult call(const api::GetJobRequest& request, api::Job& response) override {
     return repeat(&Stub::GetJob, request, response);
   }

@@ -79,6 +79,7 @@ class Connection {
 
   virtual CallResult call(const api::SubmitJobRequest& request, api::SubmitJobResponse& response) = 0;
   virtual CallResult call(const api::ForkJobRequest& request, api::SubmitJobResponse& response) = 0;
+  virtual CallResult call(const api::PlanJobRequest& request, api::PlanJobResponse& response) = 0;
   virtual CallResult call(const api::GetJobRequest& request, api::Job& response) = 0;
   virtual CallResult call(const api::ListJobsRequest& request, api::ListJobsResponse& response) = 0;
   virtual CallResult call(const api::PauseJobRequest& request, api::Job& response) = 0;

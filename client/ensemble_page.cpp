@@ -23,10 +23,8 @@ std::string note_section(const std::vector<Ensemble>& ensembles) {
 }
 
 std::string figures_section(const std::vector<Ensemble>& ensembles) {
-  Rows rows;
-  for (const Ensemble& ensemble : ensembles) rows.push_back(ensemble_row(ensemble));
   return absl::StrCat(
-      "<h2>Figures</h2>\n", html_table(ensemble_head(), rows, true),
+      "<h2>Figures</h2>\n", html_table(ensemble_head(), ensemble_rows(ensembles), true),
       "<p class=\"muted\">e when the hold began; strain and I_G at its end; m and rate of the Singh-Mitchell "
       "fit over primary creep of each run. The last columns: Lei, Arroyo, Ciantia &amp; Zhang, Table 2, "
       "where all "

@@ -76,6 +76,25 @@ std::vector<std::string> ensemble_row(const Ensemble& ensemble) {
   return row;
 }
 
+std::vector<std::vector<std::string>> ensemble_rows(const std::vector<Ensemble>& ensembles) {
+  std::vector<std::vector<std::string>> rows;
+  bool compression = false, creep = false;
+  for (const Ensemble& ensemble : ensembles) {
+    rows.push_back(ensemble_row(ensemble));
+    if (ensemble.runs.empty()) continue;
+    const PaperScene scene = paper_scene(ensemble.runs.front().results);
+    compression = compression || scene.compression;
+    creep = creep || scene.creep;
+  }
+  if (!compression) return rows;
+  std::vector<std::string> paper(ensemble_head().size(), "–");
+  paper[0] = "paper: oedometer, 21.7 MPa, 2 d";
+  paper[2] = absl::StrFormat("%.3f", kPaperVoidRatio);
+  if (creep) paper[7] = absl::StrFormat("%.0f", kPaperDynamicStages);
+  rows.push_back(std::move(paper));
+  return rows;
+}
+
 std::string ensemble_table_text(const std::vector<Ensemble>& ensembles, int width) {
   std::vector<Table::Column> columns;
   for (const std::string& title : ensemble_head()) {
@@ -83,7 +102,7 @@ std::string ensemble_table_text(const std::vector<Ensemble>& ensembles, int widt
     columns.push_back({absl::AsciiStrToUpper(plain), columns.empty() ? Align::kLeft : Align::kRight});
   }
   Table table(std::move(columns));
-  for (const Ensemble& ensemble : ensembles) table.add(ensemble_row(ensemble));
+  for (const auto& row : ensemble_rows(ensembles)) table.add(row);
   return table.text(width);
 }
 

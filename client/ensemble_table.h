@@ -16,6 +16,9 @@ std::vector<std::string> ensemble_head();
 /// Cells: means with half widths, "–" where there is none.
 std::vector<std::string> ensemble_row(const Ensemble& ensemble);
 
+/// ensemble_row() of each; last the paper's oedometer, if one of them is a trial of it.
+std::vector<std::vector<std::string>> ensemble_rows(const std::vector<Ensemble>& ensembles);
+
 /// All rows in columns, lines cut to `width`; 0: none is.
 std::string ensemble_table_text(const std::vector<Ensemble>& ensembles, int width);
 

@@ -9,9 +9,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "client/connection.h"
 #include "client/exit_codes.h"
 #include "client/job_file.h"
 #include "client/pilot.h"
+#include "client/remote_plan.h"
 #include "client/run_progress.h"
 #include "client/terminal.h"
 #include "core/experiment/fidelity.h"
@@ -28,7 +30,9 @@ using creep::Range;
 using nlohmann::ordered_json;
 
 struct Options {
+  ServerOptions server;
   std::string job;
+  bool daemon = false;
   int threads = 1;
   bool json = false;
 };
@@ -80,7 +84,8 @@ std::string error_text(const JobFile& job, const Plan& plan) {
 
 void line(const char* label, const std::string& text) { std::printf("  %-16s %s\n", label, text.c_str()); }
 
-void print_text(const JobFile& job, const Plan& plan, const Pilot& pilot, int threads) {
+void print_text(const JobFile& job, const Plan& plan, const Pilot& pilot, int threads,
+                const char* time_label) {
   std::printf("%s: %lld particles\n", job.path.c_str(), std::llround(plan.particles));
   line("numerics", creep::numerics_text(job.experiment->numerics));
   for (const PlannedStage& stage : plan.stages) {
@@ -93,13 +98,13 @@ void print_text(const JobFile& job, const Plan& plan, const Pilot& pilot, int th
     line("stage", stage.text + ": " + text);
   }
   const Range& wall = plan.wall_seconds;
-  line("time here", absl::StrFormat("%s (%s to %s), %d threads", short_duration(wall.expected),
-                                    short_duration(wall.least), short_duration(wall.most), threads));
+  line(time_label, absl::StrFormat("%s (%s to %s), %d threads", short_duration(wall.expected),
+                                   short_duration(wall.least), short_duration(wall.most), threads));
   line("memory", absl::StrFormat("%.0f MB", std::ceil(plan.memory / 1e6)));
   line("error", error_text(job, plan));
   line("basis",
        absl::StrFormat("this job on %lld particles, n_age %lld, dynamic stages as short as they settle: "
-                       "%s here, %.2g particle-steps/s",
+                       "%s, %.2g particle-steps/s",
                        std::llround(pilot.particles), std::llround(pilot.breakages),
                        short_duration(pilot.seconds), pilot.speed));
   line("", pilot.stages.size() < job.experiment->program.size()
@@ -107,21 +112,40 @@ void print_text(const JobFile& job, const Plan& plan, const Pilot& pilot, int th
                : "it ended with: " + pilot.reason);
 }
 
+void print(const Options& options, const JobFile& job, const Plan& planned, const Pilot& pilot, int threads) {
+  if (options.json) {
+    print_json(job, planned, pilot, threads);
+  } else {
+    print_text(job, planned, pilot, threads, options.daemon ? "time there" : "time here");
+  }
+}
+
+int plan_there(const Options& options, const JobFile& job, Connection& connection) {
+  RemotePlan remote;
+  const CallResult result = plan_remotely(connection, job.text, complain, remote);
+  if (!result.ok()) {
+    print_failure(result, options.job);
+    return exit_code_of(result);
+  }
+  print(options, job, remote.plan, remote.pilot, remote.threads);
+  return kOk;
+}
+
 int plan(const Options& options) {
   const JobFile job = read_job_file(options.job);
   print_diagnostics(job);
   if (!job.experiment) return kInvalidInput;
+  if (options.daemon) {
+    return with_connection(options.server,
+                           [&](Connection& connection) { return plan_there(options, job, connection); });
+  }
   const auto pilot = run_pilot(job, options.threads);
   if (!pilot.ok()) {
     complain(std::string(pilot.status().message()));
     return absl::IsInvalidArgument(pilot.status()) ? kInvalidInput : kFailed;
   }
   const Plan planned = make_plan(*job.experiment, *pilot);
-  if (options.json) {
-    print_json(job, planned, *pilot, options.threads);
-  } else {
-    print_text(job, planned, *pilot, options.threads);
-  }
+  print(options, job, planned, *pilot, options.threads);
   return kOk;
 }
 
@@ -133,15 +157,22 @@ void add_plan(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   options->threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   command->add_option("JOB", options->job, "The job file")->required();
-  command->add_option("--threads", options->threads, "Threads that the job will have")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+  auto* const threads =
+      command->add_option("--threads", options->threads, "Threads that the job will have here")
+          ->check(CLI::Range(1, 1024))
+          ->capture_default_str();
+  command->add_flag("--daemon", options->daemon, "Plan for the daemon: the small specimen is computed there")
+      ->excludes(threads);
+  add_server_options(*command, options->server);
   command->add_flag("--json", options->json, "Print JSON on stdout");
   command->footer(
       "Computes the program on at most 1500 particles, loaded fast and with short dynamic stages, in a\n"
       "temporary folder: some seconds to a minute. Dynamic stages, cycles and hours of the job follow from\n"
-      "it; another seed may differ by the range that is given. Not for a job with [start].\n"
-      "Exit code 0: planned; 1: a guard stopped the small specimen, or no worker; 5: wrong input.\n\n"
+      "it; another seed may differ by the range that is given. Not for a job with [start]. With --daemon "
+      "the\n"
+      "small specimen is a job there while it runs, with the label pilot.\n"
+      "Exit code 0: planned; 1: a guard stopped the small specimen, or no worker; 4: no daemon;\n"
+      "5: wrong input.\n\n"
       "Example:\n  creepctl plan client/examples/oedometer_creep.toml --threads 2");
   command->callback([options, &exit_code] { exit_code = plan(*options); });
 }

@@ -41,7 +41,35 @@ Integer whole(double value) {
   return value < -kLeast ? static_cast<Integer>(value) : std::numeric_limits<Integer>::max();
 }
 
+void to_message(const creep::Range& range, v1::Range& message) {
+  message.set_expected(range.expected);
+  message.set_least(range.least);
+  message.set_most(range.most);
+}
+
 }  // namespace
+
+void to_message(const JobPlan& plan, v1::Plan& message) {
+  message.set_particles(plan.plan.particles);
+  message.set_packing_particle_steps(plan.plan.packing_particle_steps);
+  for (const creep::PlannedStage& stage : plan.plan.stages) {
+    v1::PlannedStage& added = *message.add_stages();
+    added.set_text(stage.text);
+    if (stage.dynamic_stages.expected > 0.0)
+      to_message(stage.dynamic_stages, *added.mutable_dynamic_stages());
+    added.set_cycles(stage.cycles);
+    added.set_time_step_s(stage.time_step);
+    added.set_particle_steps(stage.particle_steps);
+  }
+  to_message(plan.plan.wall_seconds, *message.mutable_wall_seconds());
+  message.set_memory_bytes(plan.plan.memory);
+  if (plan.plan.error) message.set_error(*plan.plan.error);
+  message.set_pilot_particles(plan.pilot.particles);
+  message.set_pilot_breakages_per_ageing(plan.pilot.breakages);
+  message.set_pilot_wall_seconds(plan.pilot.seconds);
+  message.set_particle_steps_per_second(plan.pilot.speed);
+  message.set_pilot_reason(plan.pilot.reason);
+}
 
 void to_message(const creep::Record& sample, std::uint64_t index, v1::Sample& message) {
   static const std::vector<const FieldDescriptor*> kFields = sample_fields();

@@ -8,12 +8,16 @@
 #include "creep/v1/creep.pb.h"
 #include "server/job.h"
 #include "server/job_files.h"
+#include "server/job_plan.h"
 
 namespace creepd {
 
 void to_message(const Job& job, creep::v1::Job& message);
 void to_message(const StateEvent& event, creep::v1::StateChange& message);
 void to_message(const Artifact& artifact, creep::v1::Artifact& message);
+
+/// All but `threads`.
+void to_message(const JobPlan& plan, creep::v1::Plan& message);
 
 /// Each column of a sample goes to the field of its name in small letters.
 void to_message(const creep::Record& sample, std::uint64_t index, creep::v1::Sample& message);

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/arithmetic/digest.h"
 #include "server/api/convert.h"
+#include "server/job_plan.h"
 #include "server/refusal.h"
 
 namespace creepd {
@@ -19,6 +20,7 @@ namespace v1 = creep::v1;
 
 constexpr int kMostJobsOnPage = 1000;
 constexpr int kMostSamplesOnPage = 5000;
+constexpr int kPilotPriority = 100;  // it is short, and somebody waits for it
 
 template <class Request>
 Submission submission_of(const Request& request) {
@@ -90,6 +92,37 @@ absl::Status RequestHandler::fork(const Caller& caller, const v1::ForkJobRequest
   if (!inserted.ok()) return inserted.status();
   response.set_already_existed(inserted->already_existed);
   return fill(inserted->job, *response.mutable_job());
+}
+
+absl::Status RequestHandler::plan(const Caller& caller, const v1::PlanJobRequest& request,
+                                  v1::PlanJobResponse& response) {
+  if (request.request_id().empty())
+    return bad_request({{"request_id", "must be given: by it the pilot is found again"}});
+  auto spec = pilot_spec(request.spec());
+  if (!spec.ok()) return spec.status();
+  Submission submission;
+  submission.spec = *std::move(spec);
+  submission.request_id = request.request_id();
+  submission.labels = {{"pilot", ""}};
+  submission.priority = kPilotPriority;
+  const auto inserted = jobs_.submit(caller, submission);
+  if (!inserted.ok()) return inserted.status();
+  const Job& pilot = inserted->job;
+  if (pilot.state == JobState::kFailed || pilot.state == JobState::kCancelled) {
+    return refuse(absl::StatusCode::kFailedPrecondition,
+                  absl::StrCat("the pilot ", pilot.id, " is ", state_name(pilot.state), ": ", pilot.message),
+                  {"PILOT_FAILED", {{"job", pilot.id}, {"state", state_name(pilot.state)}}, {}, {}});
+  }
+  if (pilot.state == JobState::kSucceeded) {
+    const std::string reason = pilot.message.empty() ? "completed" : pilot.message;
+    const auto planned = read_job_plan(request.spec(), jobs_.folder(pilot.id), reason);
+    if (!planned.ok()) {
+      return refuse(absl::StatusCode::kDataLoss, std::string(planned.status().message()),
+                    {"PILOT_DAMAGED", {{"job", pilot.id}}, {}, {}});
+    }
+    to_message(*planned, *response.mutable_plan());
+  }
+  return fill(pilot, *response.mutable_pilot());
 }
 
 absl::Status RequestHandler::get(const Caller& caller, const v1::GetJobRequest& request, v1::Job& response) {

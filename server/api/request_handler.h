@@ -20,6 +20,9 @@ class RequestHandler {
                       creep::v1::SubmitJobResponse& response);
   absl::Status fork(const Caller& caller, const creep::v1::ForkJobRequest& request,
                     creep::v1::SubmitJobResponse& response);
+  /// `threads` of the plan is left to the caller.
+  absl::Status plan(const Caller& caller, const creep::v1::PlanJobRequest& request,
+                    creep::v1::PlanJobResponse& response);
   absl::Status get(const Caller& caller, const creep::v1::GetJobRequest& request, creep::v1::Job& response);
   absl::Status list(const Caller& caller, const creep::v1::ListJobsRequest& request,
                     creep::v1::ListJobsResponse& response);

@@ -111,6 +111,19 @@ CreepService::Unary* CreepService::ForkJob(Context* context, const v1::ForkJobRe
                 [=, this](const Caller& caller) { return handler_.fork(caller, *request, *response); });
 }
 
+CreepService::Unary* CreepService::PlanJob(Context* context, const v1::PlanJobRequest* request,
+                                           v1::PlanJobResponse* response) {
+  return answer(context, [=, this](const Caller& caller) {
+    absl::Status status = handler_.plan(caller, *request, *response);
+    if (response->has_plan()) {
+      v1::ServerInfo info;
+      fill_server_info_(info);
+      response->mutable_plan()->set_threads(info.threads_per_job());
+    }
+    return status;
+  });
+}
+
 CreepService::Unary* CreepService::GetJob(Context* context, const v1::GetJobRequest* request,
                                           v1::Job* response) {
   return answer(context,

@@ -26,6 +26,7 @@ class CreepService final : public creep::v1::CreepService::CallbackService {
   using Context = grpc::CallbackServerContext;
   using Unary = grpc::ServerUnaryReactor;
   Unary* SubmitJob(Context*, const creep::v1::SubmitJobRequest*, creep::v1::SubmitJobResponse*) override;
+  Unary* PlanJob(Context*, const creep::v1::PlanJobRequest*, creep::v1::PlanJobResponse*) override;
   Unary* GetJob(Context*, const creep::v1::GetJobRequest*, creep::v1::Job*) override;
   Unary* ListJobs(Context*, const creep::v1::ListJobsRequest*, creep::v1::ListJobsResponse*) override;
   Unary* PauseJob(Context*, const creep::v1::PauseJobRequest*, creep::v1::Job*) override;

@@ -190,6 +190,13 @@ TEST_F(EnsembleTest, a_page_of_single_runs_says_that_one_run_has_no_uncertainty)
   EXPECT_EQ(page.find("One run has no uncertainty"), std::string::npos);
   EXPECT_NE(page.find("n = 2"), std::string::npos);
   EXPECT_NE(page.find(" ± "), std::string::npos);
+  EXPECT_NE(page.find("0.584"), std::string::npos)
+      << "the paper's void ratio, of whose oedometer these are trials";
+}
+
+TEST_F(EnsembleTest, figures_of_the_papers_oedometer_stand_beside_trials_of_it_and_no_others) {
+  job("seed_1", {.axial_stress = "20 MPa", .seed = 1});
+  EXPECT_EQ(ensemble_page("other", read()).find("0.584"), std::string::npos);
 }
 
 TEST_F(EnsembleTest, plot_report_and_compare_take_the_folder_of_a_sweep) {

@@ -68,6 +68,7 @@ class ScriptedConnection : public Connection {
   }
   CallResult call(const api::SubmitJobRequest&, api::SubmitJobResponse&) override { return none(); }
   CallResult call(const api::ForkJobRequest&, api::SubmitJobResponse&) override { return none(); }
+  CallResult call(const api::PlanJobRequest&, api::PlanJobResponse&) override { return none(); }
   CallResult call(const api::PauseJobRequest&, api::Job&) override { return none(); }
   CallResult call(const api::ResumeJobRequest&, api::Job&) override { return none(); }
   CallResult call(const api::CancelJobRequest&, api::Job&) override { return none(); }

@@ -59,6 +59,7 @@ const std::array<Caller, 3> kCallers = {Caller{"uid:1001", false}, Caller{"uid:1
 enum class Verb : std::uint8_t {
   kSubmit,
   kFork,
+  kPlan,
   kGet,
   kList,
   kPause,
@@ -73,7 +74,7 @@ enum class Verb : std::uint8_t {
   kProgress,  // the worker of "$0" tells its progress: the bytes as they are
   kLog,       // and writes its log anew: a record for each byte, of the kind and with the values that it says
 };
-constexpr std::size_t kVerbs = 14;
+constexpr std::size_t kVerbs = 15;
 
 struct Call {
   std::uint8_t head = 0;
@@ -113,6 +114,8 @@ std::unique_ptr<Message> request_of(Verb verb) {
       return std::make_unique<v1::SubmitJobRequest>();
     case Verb::kFork:
       return std::make_unique<v1::ForkJobRequest>();
+    case Verb::kPlan:
+      return std::make_unique<v1::PlanJobRequest>();
     case Verb::kGet:
       return std::make_unique<v1::GetJobRequest>();
     case Verb::kList:
@@ -277,6 +280,8 @@ class Daemon {
         return with(call, &RequestHandler::submit);
       case Verb::kFork:
         return with(call, &RequestHandler::fork);
+      case Verb::kPlan:
+        return with(call, &RequestHandler::plan);
       case Verb::kGet:
         return with(call, &RequestHandler::get);
       case Verb::kList:
@@ -322,6 +327,10 @@ class Daemon {
   }
   void check_answer(const Caller& caller, const Message& /*request*/, const v1::ListJobsResponse& response) {
     for (const v1::Job& job : response.jobs()) check_owner(caller, job);
+  }
+  void check_answer(const Caller& caller, const v1::PlanJobRequest& /*request*/,
+                    const v1::PlanJobResponse& response) {
+    check_owner(caller, response.pilot());
   }
   void check_answer(const Caller& caller, const v1::ForkJobRequest& request,
                     const v1::SubmitJobResponse& response) {
@@ -435,6 +444,9 @@ std::vector<std::string> seeds() {
   (*submit.mutable_labels())["sand"] = "NE34";
   submit.set_priority(3);
   const std::string submitted = call_of(Verb::kSubmit, 0, submit);
+  v1::PlanJobRequest plan;
+  plan.set_spec(kSpec);
+  plan.set_request_id("plan");
   v1::ForkJobRequest fork;
   fork.set_job("$0");
   fork.set_generation(1);
@@ -461,6 +473,7 @@ std::vector<std::string> seeds() {
       submitted + about(Verb::kGet, 0) + about(Verb::kGet, 1) + call_of(Verb::kList, 2, list),
       submitted + about(Verb::kPause, 0) + about(Verb::kResume, 0) + start + about(Verb::kPause, 0) +
           call_of(Verb::kCancel, 0, cancel) + about(Verb::kDelete, 0),
+      call_of(Verb::kPlan, 0, plan) + start + call_of(Verb::kPlan, 0, plan) + call_of(Verb::kPlan, 1, plan),
       call_of(Verb::kFork, 0, fork) + about(Verb::kListArtifacts, 0) + about(Verb::kListSamples, 0),
       call_of(Verb::kListSamples, 0, samples) + call_of(Verb::kFetch, 0, fetch) +
           call_of(Verb::kFetch, 1, fetch) + call_of(Verb::kListSamples, 2, samples),
