@@ -27,10 +27,11 @@ run_ctest() {
   return "$status"
 }
 
-# run_script FILE ARGUMENT...: a system test with other programs than ctest gives it; adds to the totals, fails if it failed.
+# run_script FILE ARGUMENT...: a system test with other programs than ctest gives it; adds to the totals, fails if it failed
+# or takes longer than a quarter of an hour: a client waits for a daemon that died.
 run_script() {
   local status=0
-  "${creep_ctest_prefix[@]}" "$@" || status=$?
+  "${creep_ctest_prefix[@]}" timeout --kill-after=30 900 "$@" || status=$?
   case "$status" in
     0) creep_passed=$((creep_passed + 1)) ;;
     77) creep_skipped=$((creep_skipped + 1)) ;;
