@@ -178,7 +178,9 @@ std::string mean_text(const EnsembleFigures::Mean& mean, double factor) {
   if (!mean->half_width) return absl::StrFormat("%.4g", value);
   const double half = factor * *mean->half_width;
   if (!(half > 0.0)) return absl::StrFormat("%.4g ± 0", value);
-  const int decimals = decimals_of(half);
+  // Two figures of the interval, five of the mean.
+  const int of_mean = value == 0.0 ? 8 : 4 - static_cast<int>(std::floor(std::log10(std::fabs(value))));
+  const int decimals = std::min(decimals_of(half), std::max(0, of_mean));
   return absl::StrFormat("%.*f ± %.*f", decimals, value, decimals, half);
 }
 

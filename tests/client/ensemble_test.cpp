@@ -109,6 +109,8 @@ TEST(MeanText, shows_two_digits_of_the_half_width) {
   EXPECT_EQ(mean_text(creep::EnsembleMean{0.59234, 0.0061, 5}), "0.5923 ± 0.0061");
   EXPECT_EQ(mean_text(creep::EnsembleMean{0.0123, 0.0045, 5}, 100.0), "1.23 ± 0.45");
   EXPECT_EQ(mean_text(creep::EnsembleMean{12.4, 13.0, 2}), "12 ± 13");
+  EXPECT_EQ(mean_text(creep::EnsembleMean{0.20000014, 5.8e-7, 2}, 100.0), "20.000 ± 0.000");
+  EXPECT_EQ(mean_text(creep::EnsembleMean{-0.00012, 0.0035, 3}), "-0.0001 ± 0.0035");
   EXPECT_EQ(mean_text(creep::EnsembleMean{0.59234, {}, 1}), "0.5923");
   EXPECT_EQ(mean_text(std::nullopt), "–");
   EXPECT_EQ(geometric_mean_text(creep::EnsembleMean{std::log(0.002), std::log(2.0), 3}),
