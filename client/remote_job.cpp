@@ -140,7 +140,9 @@ void set_labels(const std::vector<std::string>& given,
     if (!split_label(text, key, value)) {
       throw CLI::ValidationError("--label", "\"" + text + "\" is not KEY=VALUE");
     }
-    labels[key] = value;
+    if (!labels.insert({key, value}).second) {
+      throw CLI::ValidationError("--label", "\"" + key + "\" is given twice");
+    }
   }
 }
 

@@ -23,7 +23,7 @@ int init(const Options& options) {
   const std::string text = job_template(options.preset);
   if (options.path.empty()) {
     std::fputs(text.c_str(), stdout);
-    return std::fflush(stdout) == 0 ? kOk : kFailed;
+    return std::fflush(stdout) == 0 ? kOk : kIoError;
   }
   // "x": an existing file is never overwritten, not even in a race.
   std::FILE* file = std::fopen(options.path.c_str(), "wx");
@@ -31,14 +31,14 @@ int init(const Options& options) {
     const bool exists = errno == EEXIST;
     std::fprintf(stderr, "creepctl: %s: %s\n", options.path.c_str(),
                  exists ? "exists already; it is left as it is" : std::strerror(errno));
-    return kFailed;
+    return exists ? kFailed : kIoError;
   }
   const bool written = std::fputs(text.c_str(), file) >= 0;
   const bool closed = std::fclose(file) == 0;
   if (!written || !closed) {
     std::fprintf(stderr, "creepctl: %s: %s\n", options.path.c_str(), std::strerror(errno));
     std::remove(options.path.c_str());
-    return kFailed;
+    return kIoError;
   }
   std::fprintf(stderr, "%s written; next: creepctl run %s --out DIR\n", options.path.c_str(),
                options.path.c_str());

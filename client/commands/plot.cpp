@@ -10,6 +10,7 @@
 #include "client/ensemble_charts.h"
 #include "client/exit_codes.h"
 #include "client/result_charts.h"
+#include "client/terminal.h"
 
 namespace creepctl {
 namespace {
@@ -21,7 +22,7 @@ struct PlotOptions {
 };
 
 int fail(const absl::Status& status, int exit_code) {
-  std::fprintf(stderr, "error: %s\n", std::string(status.message()).c_str());
+  complain(std::string(status.message()));
   return exit_code;
 }
 
@@ -43,7 +44,7 @@ int plot(const PlotOptions& options) {
   const std::string& first = options.directories.front();
   const bool several = options.directories.size() > 1;
   if (several && options.out.empty()) {
-    std::fprintf(stderr, "creepctl: plot of several directories needs --out\n");
+    complain("plot of several directories needs --out");
     return kUsage;
   }
   const bool one_job = !several && !is_folder_of_jobs(first);

@@ -11,6 +11,7 @@
 #include "client/ensemble_table.h"
 #include "client/exit_codes.h"
 #include "client/report_page.h"
+#include "client/terminal.h"
 
 namespace creepctl {
 namespace {
@@ -33,7 +34,7 @@ void print_headline(const JobResults& results, const std::optional<Hold>& hold) 
 }
 
 int fail(const absl::Status& status) {
-  std::fprintf(stderr, "error: %s\n", std::string(status.message()).c_str());
+  complain(std::string(status.message()));
   return kInvalidInput;
 }
 
@@ -43,7 +44,7 @@ int write_page(const std::filesystem::path& path, const std::string& page) {
   out.write(page.data(), static_cast<std::streamsize>(page.size()));
   out.close();
   if (!out) {
-    std::fprintf(stderr, "error: cannot write %s\n", path.c_str());
+    complain("cannot write " + path.string());
     return kIoError;
   }
   std::printf("%s\n", path.c_str());

@@ -192,6 +192,12 @@ TEST_F(JobCommands, init_writes_a_valid_file_and_never_overwrites) {
   EXPECT_EQ(contents(folder() / "mine.toml"), "precious");
 }
 
+TEST_F(JobCommands, init_that_cannot_write_is_an_error_of_the_world) {
+  const Ended ended = creepctl("init nowhere/job.toml");
+  EXPECT_EQ(ended.exit_code, kIoError);
+  EXPECT_NE(ended.err.find("nowhere/job.toml: No such file or directory"), std::string::npos) << ended.err;
+}
+
 TEST_F(JobCommands, init_prints_without_a_file_and_takes_a_preset) {
   const Ended ended = creepctl("init --preset fontainebleau-ne34-literal");
   EXPECT_EQ(ended.exit_code, kOk);

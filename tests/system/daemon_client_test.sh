@@ -148,6 +148,8 @@ expect_exit 5 creepctl submit "$job" --label Bad=1
 expect_exit 0 creepctl submit "$job" --validate-only
 expect_exit 2 creepctl submit "$job" --label none
 expect_exit 2 creepctl ls --limit -3
+expect_exit 2 creepctl submit "$job" --label sand=a --label sand=b
+expect_output "given twice"
 expect_exit 2 creepctl ls --limit 0
 [[ $(creepctl ls -q --limit 1 | wc -l) == 1 ]] || fail "ls --limit 1"
 expect_exit 2 creepctl watch "$id" --after -1
