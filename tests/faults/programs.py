@@ -150,7 +150,7 @@ class Daemon:
             time.sleep(0.1)
 
     def jobs(self):
-        listed = json.loads(self.until_done("ls", "--json", "--limit", "0"))
+        listed = json.loads(self.until_done("ls", "--json"))
         return {job["id"]: job for job in listed}
 
     def folder(self, job):
