@@ -7,12 +7,14 @@
 #include "core/experiment/fidelity.h"
 #include "core/experiment/sections.h"
 #include "core/experiment/table_reader.h"
+#include "core/experiment/wording.h"
 
 namespace creep {
 namespace {
 
 constexpr std::size_t kMostDiagnostics = 100;
-constexpr std::size_t kLongestName = 200;  // bytes
+constexpr std::size_t kLongestName = 200;     // bytes
+constexpr std::size_t kLongestSource = 4000;  // bytes, of the path of a folder
 
 /// The table of a section; null (and an error if it is there as something else) otherwise.
 const DocumentNode* section(TableReader& root, std::string_view key) {
@@ -22,28 +24,28 @@ const DocumentNode* section(TableReader& root, std::string_view key) {
   return nullptr;
 }
 
-void read_name(TableReader& root, Experiment& experiment) {
-  const std::optional<std::string> name = root.string("name");
-  if (!name) return;
-  const bool control = std::any_of(name->begin(), name->end(), [](char letter) {
+/// A text that programs print: one line. Empty if it is not there.
+std::string one_line(TableReader& reader, std::string_view key, std::size_t longest) {
+  const std::optional<std::string> text = reader.string(key);
+  if (!text) return "";
+  const bool control = std::any_of(text->begin(), text->end(), [](char letter) {
     return static_cast<unsigned char>(letter) < 0x20 || letter == 0x7F;
   });
-  if (control || name->size() > kLongestName) {
-    root.error(root.position_of("name"), "name must be one line of at most 200 bytes");
-    return;
-  }
-  experiment.name = *name;
+  if (!control && text->size() <= longest) return *text;
+  reader.error(reader.position_of(key),
+               std::string(key) + " must be one line of at most " + std::to_string(longest) + " bytes");
+  return printable(*text);
 }
 
 Start read_start(const DocumentNode& table, DiagnosticLog& log) {
   TableReader reader(table, "[start]", log);
   Start start;
-  start.job = reader.string("job").value_or("");
+  start.job = one_line(reader, "job", kLongestSource);
   if (start.job.empty()) {
     reader.error(reader.position_of("job"),
                  "[start] needs job: the id of a job, or for creepctl run its folder");
   }
-  start.checkpoint = reader.string("checkpoint").value_or("");
+  start.checkpoint = one_line(reader, "checkpoint", kLongestName);
   reader.finish();
   return start;
 }
@@ -68,7 +70,7 @@ void check_together(const DocumentNode& root, const Experiment& experiment, Diag
 Experiment read_experiment(const DocumentNode& document, DiagnosticLog& log) {
   Experiment experiment;
   TableReader root(document, "the job file", log);
-  read_name(root, experiment);
+  experiment.name = one_line(root, "name", kLongestName);
   if (const DocumentNode* start = section(root, "start")) experiment.start = read_start(*start, log);
   if (const DocumentNode* specimen = section(root, "specimen")) {
     experiment.specimen = read_specimen(*specimen, log);

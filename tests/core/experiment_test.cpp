@@ -223,6 +223,18 @@ TEST(Experiment, a_job_that_starts_from_a_checkpoint_may_begin_with_any_stage_an
   EXPECT_EQ(experiment.start->checkpoint, "02_triaxial_end");
 }
 
+TEST(Experiment, where_a_job_starts_from_is_one_line_for_a_terminal) {
+  const std::string creep = "[[program]]\nstage = \"creep\"\nduration = \"1 d\"\n";
+  for (const char* start :
+       {"job = \"a\\nb\"\n", "job = \"\\u001b[2J\"\n", "job = \"a\"\ncheckpoint = \"x\\ty\"\n"}) {
+    const ParseResult result = parse_experiment(std::string("[start]\n") + start + creep);
+    ASSERT_EQ(result.errors.size(), 1u) << start;
+    EXPECT_NE(result.errors[0].message.find("must be one line of at most"), std::string::npos) << start;
+  }
+  EXPECT_TRUE(
+      parse_experiment("[start]\njob = \"/a folder/with 'quotes' and \u00e9\"\n" + creep).errors.empty());
+}
+
 TEST(Experiment, crushing_and_cracks_can_be_left_out) {
   const Experiment experiment =
       parsed(std::string(kLeast) + "[material]\ncrushing = false\ncracks = false\n");
