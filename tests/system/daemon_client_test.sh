@@ -184,16 +184,22 @@ step "a relayed socket that breaks, a daemon that is killed"
 start_relay
 export CREEPCTL_SERVER=$work/relay.sock
 id=$(creepctl submit "$job" 2>/dev/null)
+# Held, so that it is not over before the relay breaks.
+wait_for 20 has_worker "$XDG_STATE_HOME/creepd/jobs/$id"
+held=$(worker_of "$XDG_STATE_HOME/creepd/jobs/$id")
+kill -STOP "$held"
 creepctl watch "$id" --after 0 --json >"$work/events" 2>"$work/said" &
 watch=$!
 creepctl wait "$id" >"$work/waited" 2>&1 &
 waiter=$!
-wait_for 20 grep -q sample "$work/events"
+wait_for 20 grep -q '"state":"RUNNING"' "$work/events"
 kill -9 "$relay"
 wait "$relay" 2>/dev/null || true
 wait_for 20 grep -q 'lost the daemon' "$work/said"
 start_relay
 wait_for 20 grep -q 'connected again' "$work/said"
+kill -CONT "$held"
+wait_for 20 grep -q sample "$work/events"
 kill_daemon
 (
   unset CREEPCTL_SERVER
