@@ -106,6 +106,13 @@ std::string ensemble_table_text(const std::vector<Ensemble>& ensembles, int widt
   return table.text(width);
 }
 
+ordered_json paper_json(const std::optional<TriaxialCreepTest>& test) {
+  if (!test) return nullptr;
+  return {{"stress_ratio", test->stress_ratio},
+          {"singh_mitchell_m", test->m},
+          {"rate_10_min_percent_per_min", test->rate_10_min}};
+}
+
 ordered_json ensembles_json(const std::vector<Ensemble>& ensembles) {
   ordered_json list = ordered_json::array();
   for (const Ensemble& ensemble : ensembles) {
@@ -122,12 +129,7 @@ ordered_json ensembles_json(const std::vector<Ensemble>& ensembles) {
                           {"grading_index", to_json(figures.grading_index, false)},
                           {"ageing_jumps", to_json(figures.stages, false)},
                           {"time_to_failure_s", to_json(figures.ln_time_to_failure, true)},
-                          {"paper", nullptr}};
-    if (const auto& paper = figures.paper) {
-      value["paper"] = {{"stress_ratio", paper->stress_ratio},
-                        {"singh_mitchell_m", paper->m},
-                        {"rate_10_min_percent_per_min", paper->rate_10_min}};
-    }
+                          {"paper", paper_json(figures.paper)}};
     list.push_back(std::move(value));
   }
   return list;

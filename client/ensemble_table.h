@@ -1,12 +1,14 @@
 // The figures of ensembles as a table, for pages, terminals and programs.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "client/ensemble.h"
+#include "client/triaxial_creep.h"
 
 namespace creepctl {
 
@@ -21,6 +23,9 @@ std::vector<std::vector<std::string>> ensemble_rows(const std::vector<Ensemble>&
 
 /// All rows in columns, lines cut to `width`; 0: none is.
 std::string ensemble_table_text(const std::vector<Ensemble>& ensembles, int width);
+
+/// Of the paper's Table 2; null where a job is no trial of it.
+nlohmann::ordered_json paper_json(const std::optional<TriaxialCreepTest>& test);
 
 /// One object an ensemble; each figure with mean, low, high (null for one run) and n, SI or as its name says.
 nlohmann::ordered_json ensembles_json(const std::vector<Ensemble>& ensembles);

@@ -10,7 +10,6 @@
 #include "client/run_folder.h"
 
 namespace creepctl {
-namespace {
 
 using nlohmann::ordered_json;
 
@@ -23,8 +22,6 @@ std::string word(const ordered_json& object, const char* key) {
   const auto found = object.find(key);
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
-
-}  // namespace
 
 int exit_code_of(const WorkerEnd& end) {
   if (end.signal != 0) return kFailed;

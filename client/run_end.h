@@ -5,9 +5,17 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "client/worker_process.h"
 
 namespace creepctl {
+
+/// A file that the worker left, like verdict.json; an empty object if it is not there or no object.
+nlohmann::ordered_json read_json(const std::filesystem::path& path);
+
+/// The string under a key; "" if there is none.
+std::string word(const nlohmann::ordered_json& object, const char* key);
 
 /// Of exit_codes.h: 74 and 75 are passed on; the other codes of a worker are translated.
 int exit_code_of(const WorkerEnd& end);

@@ -60,12 +60,7 @@ void print_json(const std::vector<ComparedJob>& jobs) {
                           {"singh_mitchell_m", to_json(figures.m)},
                           {"rate_10_min_percent_per_min", to_json(figures.rate_10_min)},
                           {"grading_index", to_json(figures.grading_index)},
-                          {"paper", nullptr}};
-    if (const auto& paper = figures.paper) {
-      value["paper"] = {{"stress_ratio", paper->stress_ratio},
-                        {"singh_mitchell_m", paper->m},
-                        {"rate_10_min_percent_per_min", paper->rate_10_min}};
-    }
+                          {"paper", paper_json(figures.paper)}};
     list.push_back(std::move(value));
   }
   std::printf("%s\n", list.dump(2, ' ', false, ordered_json::error_handler_t::replace).c_str());

@@ -36,16 +36,6 @@ struct Options {
   bool json = false;
 };
 
-ordered_json read_json(const std::filesystem::path& path) {
-  ordered_json value = ordered_json::parse(read_text(path), nullptr, false);
-  return value.is_object() ? value : ordered_json::object();
-}
-
-std::string word(const ordered_json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
 void print_summary(const std::filesystem::path& folder) {
   const ordered_json summary = read_json(folder / "summary.json");
   std::printf("%s\n", word(summary, "reason").c_str());

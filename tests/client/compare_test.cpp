@@ -1,54 +1,17 @@
 // compare: jobs in one picture, beside a laboratory's curve and the paper's table.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 
 #include "client/exit_codes.h"
 #include "client/overlay.h"
-#include "tests/client/synthetic_job.h"
+#include "tests/client/job_folders.h"
 
 namespace creepctl {
 namespace {
 
-namespace fs = std::filesystem;
-
-class Compare : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "compare-test-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string job(const std::string& name, const SyntheticJob& job) const {
-    write_synthetic_job(folder_ / name, job);
-    return (folder_ / name).string();
-  }
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-  }
-  std::string read(const std::string& name) const {
-    std::ostringstream text;
-    text << std::ifstream(folder_ / name, std::ios::binary).rdbuf();
-    return text.str();
-  }
-  int creepctl(const std::string& arguments) const {
-    const std::string line =
-        "cd '" + folder_.string() + "' && '" CREEPCTL_PATH "' " + arguments + " >out 2>err";
-    const int status = std::system(line.c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
- private:
-  fs::path folder_;
-};
+using Compare = JobFolders;
 
 TEST_F(Compare, every_job_has_its_curve_and_the_laboratory_its_points_in_per_cent) {
   const auto jobs = read_compared_jobs({job("a", {.m = 0.8}), job("b", {.m = 0.9})});
@@ -76,8 +39,8 @@ TEST_F(Compare, every_job_has_its_curve_and_the_laboratory_its_points_in_per_cen
 TEST_F(Compare, the_table_has_the_slope_each_job_was_made_with) {
   job("a", {.m = 0.8});
   job("b", {.m = 0.9});
-  ASSERT_EQ(creepctl("compare a b --json"), kOk) << read("err");
-  const auto list = nlohmann::json::parse(read("out"));
+  ASSERT_EQ(creepctl("compare a b --json"), kOk) << text("err");
+  const auto list = nlohmann::json::parse(text("out"));
   ASSERT_EQ(list.size(), 2U);
   EXPECT_NEAR(list[0]["singh_mitchell_m"], 0.8, 0.05);
   EXPECT_NEAR(list[1]["singh_mitchell_m"], 0.9, 0.05);
@@ -105,15 +68,15 @@ TEST_F(Compare, charts_are_written_and_what_is_no_job_or_curve_exits_5_by_name) 
   job("a", {});
   job("packing", {.dynamic_stages = 0, .loaded = false, .finished = false});
   write("lab.csv", "age_s,axial_strain\n60,0.002\n");
-  ASSERT_EQ(creepctl("compare a packing --laboratory lab.csv --out charts --format svg"), kOk) << read("err");
-  EXPECT_NE(read("charts/compared_creep_strain_log_time.svg").find("<svg"), std::string::npos);
+  ASSERT_EQ(creepctl("compare a packing --laboratory lab.csv --out charts --format svg"), kOk) << text("err");
+  EXPECT_NE(text("charts/compared_creep_strain_log_time.svg").find("<svg"), std::string::npos);
   EXPECT_EQ(creepctl("compare a nowhere"), kInvalidInput);
-  EXPECT_NE(read("err").find("nowhere"), std::string::npos);
+  EXPECT_NE(text("err").find("nowhere"), std::string::npos);
   for (const std::string bad :
        {"age_s,strain\n60,0.002\n", "age_s,axial_strain\n", "age_s,axial_strain\n60,x\n", ""}) {
     write("lab.csv", bad);
     EXPECT_EQ(creepctl("compare a --laboratory lab.csv"), kInvalidInput) << bad;
-    EXPECT_NE(read("err").find("lab.csv"), std::string::npos) << read("err");
+    EXPECT_NE(text("err").find("lab.csv"), std::string::npos) << text("err");
   }
   EXPECT_EQ(creepctl("compare"), kUsage);
 }

@@ -1,14 +1,9 @@
 // Several seeds of one job: their means, intervals, curves and pages.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 
 #include "client/ensemble.h"
@@ -16,48 +11,21 @@
 #include "client/ensemble_page.h"
 #include "client/exit_codes.h"
 #include "client/mean_curve.h"
-#include "tests/client/synthetic_job.h"
+#include "tests/client/job_folders.h"
 
 namespace creepctl {
 namespace {
 
-namespace fs = std::filesystem;
-
 // Student's t of 0.975, from the tables: of 1 and 2 degrees of freedom.
 constexpr double kT1 = 12.706, kT2 = 4.303;
 
-class EnsembleTest : public testing::Test {
+class EnsembleTest : public JobFolders {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "ensemble-test-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  void job(const std::string& name, const SyntheticJob& job) const {
-    write_synthetic_job(folder_ / name, job);
-  }
-
   std::vector<Ensemble> read() const {
     auto ensembles = read_ensembles({folder_.string()});
     EXPECT_TRUE(ensembles.ok()) << ensembles.status();
     return *std::move(ensembles);
   }
-  std::string text(const std::string& name) const {
-    std::ostringstream all;
-    all << std::ifstream(folder_ / name, std::ios::binary).rdbuf();
-    return all.str();
-  }
-  int creepctl(const std::string& arguments) const {
-    const std::string line =
-        "cd '" + folder_.string() + "' && '" CREEPCTL_PATH "' " + arguments + " >out 2>err";
-    const int status = std::system(line.c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
- private:
-  fs::path folder_;
 };
 
 TEST(MeanCurve, has_the_interval_of_the_values_at_each_place) {
