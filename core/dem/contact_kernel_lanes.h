@@ -237,6 +237,10 @@ inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t siz
   const std::int32_t* const first = phase.first + begin;
   const std::int32_t* const second = phase.second + begin;
   alignas(32) static constexpr double kNothing[4] = {0.0, 0.0, 0.0, 0.0};
+  // The compiler must not see what is there: it would branch around the load instead of choosing an address,
+  // and where one first ends and the next begins cannot be foreseen.
+  const double* nothing = kNothing;
+  asm("" : "+r"(nothing));
   std::int32_t before = running.first;
   Quad sum = running.sum;
   for (std::size_t k = 0; k < size; k += kKernelGrain) {
@@ -254,7 +258,7 @@ inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t siz
       const std::int32_t now = first[lane];
       double* const of_first = resultant + 4 * static_cast<std::ptrdiff_t>(now);
       double* const of_second = resultant + 4 * static_cast<std::ptrdiff_t>(second[lane]);
-      sum = one_of(now == before, sum, load_quad(now == before ? kNothing : of_first)) + f;
+      sum = one_of(now == before, sum, load_quad(now == before ? nothing : of_first)) + f;
       before = now;
       store_quad(of_first, sum);
       store_quad(of_second, load_quad(of_second) + turned(f));
