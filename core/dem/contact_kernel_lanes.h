@@ -258,7 +258,7 @@ inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t siz
       const std::int32_t now = first[lane];
       double* const of_first = resultant + 4 * static_cast<std::ptrdiff_t>(now);
       double* const of_second = resultant + 4 * static_cast<std::ptrdiff_t>(second[lane]);
-      sum = one_of(now == before, sum, load_quad(now == before ? nothing : of_first)) + f;
+      sum = one_of_plus(now == before, sum, load_quad(now == before ? nothing : of_first), f);
       before = now;
       store_quad(of_first, sum);
       store_quad(of_second, load_quad(of_second) + turned(f));

@@ -36,11 +36,17 @@ inline Quad with_sign(Quad size, Quad like) {
 inline Quad turned(Quad a) { return {_mm256_xor_pd(a.v, _mm256_setr_pd(-0.0, -0.0, -0.0, 0.0))}; }
 /// Lanes 0, 1, 2 of a and lane 3 of b.
 inline Quad three_and_one(Quad a, Quad b) { return {_mm256_blend_pd(a.v, b.v, 0x8)}; }
-/// Without a branch.
-inline Quad one_of(bool which, Quad yes, Quad no) {
+/// yes + b or no + b, without a branch. Who comes after waits for `yes` as long as an addition takes, or with
+/// AVX2 for a choice as well.
+inline Quad one_of_plus(bool which, Quad yes, Quad no, Quad b) {
+#if defined(__AVX512VL__)
+  const auto mask = static_cast<__mmask8>(-static_cast<int>(which));
+  return {_mm256_mask_add_pd(_mm256_add_pd(no.v, b.v), mask, yes.v, b.v)};
+#else
   alignas(32) static constexpr std::int64_t kMasks[2][4] = {{0, 0, 0, 0}, {-1, -1, -1, -1}};
   const __m256i mask = _mm256_load_si256(reinterpret_cast<const __m256i*>(kMasks[which]));
-  return {_mm256_blendv_pd(no.v, yes.v, _mm256_castsi256_pd(mask))};
+  return Quad{_mm256_blendv_pd(no.v, yes.v, _mm256_castsi256_pd(mask))} + b;
+#endif
 }
 
 #else
@@ -76,7 +82,6 @@ inline Quad with_sign(Quad size, Quad like) {
 inline Quad turned(Quad a) { return {{-a.v[0], -a.v[1], -a.v[2], a.v[3]}}; }
 /// Lanes 0, 1, 2 of a and lane 3 of b.
 inline Quad three_and_one(Quad a, Quad b) { return {{a.v[0], a.v[1], a.v[2], b.v[3]}}; }
-inline Quad one_of(bool which, Quad yes, Quad no) { return which ? yes : no; }
 
 #endif
 
