@@ -84,6 +84,7 @@ struct alignas(64) Block {
   double breaking_stress[kBlock];                               // the smaller one, times pi [Pa]
   double g[kBlock], slope[kBlock];                              // of the law
   ContactForce force[kBlock];                                   // on first
+  double stress[kBlock];                                        // measuring cycles only [Pa]
 };
 
 /// Stage 1: where the particles of each pair are to one another.
@@ -134,17 +135,14 @@ struct Totals {
   bool breaking = false;
 };
 
-/// What only measuring cycles look at: forces in their slots, contact stresses, sums for the guards.
-inline void measure(const ContactPhase& phase, std::size_t c, Mask touching, Vec overlap, Vec fn, Vec area,
-                    const Lanes3& f, Totals& totals) {
-  store(phase.stress + c, keep(touching, fn / (all(std::numbers::pi) * area)));
+/// What only measuring cycles look at: sums for the guards.
+inline void measure(const ContactPhase& phase, std::size_t c, Mask touching, Vec overlap, const Lanes3& f,
+                    Totals& totals) {
   totals.force = totals.force + to_quanta(touching, sqrt(dot(f, f)), 0x1p40);
   totals.overlap = totals.overlap + to_quanta(touching, overlap, 0x1p60);
   totals.touching += count(touching);
-  Vec a[8], b[8];
-  load_bodies(phase.body, phase.first + c, a);
-  load_bodies(phase.body, phase.second + c, b);
-  totals.largest_ratio = max(totals.largest_ratio, keep(touching, overlap / min(a[3], b[3])));
+  const Vec smaller = min(load_radii(phase.body, phase.first + c), load_radii(phase.body, phase.second + c));
+  totals.largest_ratio = max(totals.largest_ratio, keep(touching, overlap / smaller));
 }
 
 /// Stage 3: friction, the force of the contact, whether it breaks a particle.
@@ -189,15 +187,18 @@ inline void rub(const ContactPhase& phase, std::size_t begin, std::size_t size, 
                    keep(touching, couple.z), zero);
     }
     const Lanes3 f = fma3(zero - fn, n, t);
-    store_forces(kMeasure ? phase.force + c : block.force + k, keep(touching, f.x), keep(touching, f.y),
-                 keep(touching, f.z), kMeasure ? keep(touching, kn) : zero);
+    store_forces(block.force + k, keep(touching, f.x), keep(touching, f.y), keep(touching, f.z),
+                 kMeasure ? keep(touching, kn) : zero);
 
     const Vec area = root_radius * root_radius * overlap;
     if constexpr (kCheck) {
       totals.breaking =
           totals.breaking || any(both(touching, greater(fn, load(block.breaking_stress + k) * area)));
     }
-    if constexpr (kMeasure) measure(phase, c, touching, overlap, fn, area, f, totals);
+    if constexpr (kMeasure) {
+      store(block.stress + k, keep(touching, fn / (all(std::numbers::pi) * area)));
+      measure(phase, c, touching, overlap, f, totals);
+    }
   }
 }
 
@@ -209,18 +210,22 @@ struct Running {
   Quad sum = quad_all(0.0);
 };
 
-/// The forces of contacts c, c+1, ... one by one, but for deferred ends.
+/// The forces of contacts c, c+1, ... one by one: those of deferred ends go to slots.
 template <bool kMeasure>
-inline void add_apart(const ContactPhase& phase, std::size_t c, std::size_t end, const ContactForce* force) {
+inline void add_apart(const ContactPhase& phase, std::size_t c, std::size_t end, const ContactForce* force,
+                      const double* stress) {
   double* const resultant = &phase.resultant->x;
-  for (; c < end; ++c, ++force) {
+  for (; c < end; ++c, ++force, ++stress) {
     const Quad f = load_quad(&force->x);
     const std::int32_t first = phase.first[c], second = phase.second[c];
-    if (!kMeasure && phase.deferred[c] != 0) store_quad(&phase.force[c].x, f);
+    if (phase.deferred[c] != 0) {
+      store_quad(&phase.force[c].x, f);
+      if constexpr (kMeasure) phase.stress[c] = *stress;
+    }
     const auto add = [&](std::int32_t particle, Quad on_it) {
       double* const sum = resultant + 4 * static_cast<std::ptrdiff_t>(particle);
       store_quad(sum, load_quad(sum) + on_it);
-      if constexpr (kMeasure) raise(phase.peak_stress[particle], phase.stress[c]);
+      if constexpr (kMeasure) raise(phase.peak_stress[particle], *stress);
     };
     if ((phase.deferred[c] & kDeferFirst) == 0) add(first, f);
     if ((phase.deferred[c] & kDeferSecond) == 0) add(second, turned(f));
@@ -231,7 +236,7 @@ inline void add_apart(const ContactPhase& phase, std::size_t c, std::size_t end,
 /// through memory each addition would wait for the one before to be stored and read again. Nothing else
 /// changes it meanwhile, since a second is never the first of its own contacts.
 template <bool kMeasure>
-inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t size, const ContactForce* force,
+inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t size, const Block& block,
                    Running& running) {
   double* const resultant = &phase.resultant->x;
   const std::int32_t* const first = phase.first + begin;
@@ -248,13 +253,13 @@ inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t siz
     __builtin_memcpy(&deferred, phase.deferred + begin + k, kKernelGrain);
     if (deferred != 0) {
       const std::size_t end = size - k < kKernelGrain ? size : k + kKernelGrain;
-      add_apart<kMeasure>(phase, begin + k, begin + end, force + k);
+      add_apart<kMeasure>(phase, begin + k, begin + end, block.force + k, block.stress + k);
       before = -1;
       continue;
     }
 #pragma GCC unroll 8
     for (std::size_t lane = k; lane < k + kKernelGrain; ++lane) {
-      const Quad f = load_quad(&force[lane].x);
+      const Quad f = load_quad(&block.force[lane].x);
       const std::int32_t now = first[lane];
       double* const of_first = resultant + 4 * static_cast<std::ptrdiff_t>(now);
       double* const of_second = resultant + 4 * static_cast<std::ptrdiff_t>(second[lane]);
@@ -263,8 +268,8 @@ inline void add_up(const ContactPhase& phase, std::size_t begin, std::size_t siz
       store_quad(of_first, sum);
       store_quad(of_second, load_quad(of_second) + turned(f));
       if constexpr (kMeasure) {
-        raise(phase.peak_stress[now], phase.stress[begin + lane]);
-        raise(phase.peak_stress[second[lane]], phase.stress[begin + lane]);
+        raise(phase.peak_stress[now], block.stress[lane]);
+        raise(phase.peak_stress[second[lane]], block.stress[lane]);
       }
     }
   }
@@ -294,7 +299,7 @@ void contacts_of(const ContactPhase& phase, std::size_t begin, std::size_t end, 
     meet<kTurning>(phase, c, end, block);
     press<kRough>(phase, size, block);
     rub<kTurning, kMeasure, kCheck>(phase, c, size, block, totals);
-    add_up<kMeasure>(phase, c, size, kMeasure ? phase.force + c : block.force, running);
+    add_up<kMeasure>(phase, c, size, block, running);
   }
   sums.tangential_work += sum(totals.tangential_work);
   sums.friction += sum(totals.friction);

@@ -48,12 +48,12 @@ double dot(double ax, double ay, double az, double bx, double by, double bz) {
   return std::fma(ax, bx, std::fma(ay, by, az * bz));
 }
 
-/// To the slot, and straight to the particles where no other thread adds to them.
+/// Straight to the particles where no other thread adds to them, else to the slot.
 void hand_over(const ContactPhase& phase, CycleKind kind, std::size_t c, const ContactForce& f,
                double stress) {
   const std::uint8_t deferred = phase.deferred[c];
-  if (kind.measure || deferred != 0) phase.force[c] = f;
-  if (kind.measure) phase.stress[c] = stress;
+  if (deferred != 0) phase.force[c] = f;
+  if (deferred != 0 && kind.measure) phase.stress[c] = stress;
   const auto add = [&](std::int32_t particle, double sign) {
     ContactForce& sum = phase.resultant[particle];
     sum = {sum.x + sign * f.x, sum.y + sign * f.y, sum.z + sign * f.z, sum.stiffness + f.stiffness};

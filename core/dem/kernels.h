@@ -7,7 +7,7 @@
 // ascending (first, second), so adding each to its particles in turn gives that order: all neighbours of
 // lower id own earlier contacts. Where the contacts of a particle fall to different threads ("shared"),
 // forces go to slots instead, one a contact, and the particle kernel adds them in the same order. Measuring
-// cycles fill all slots, and add up stiffnesses and the largest stress of each particle as well.
+// cycles add up stiffnesses and the largest stress of each particle as well.
 //
 // There is one set of kernels an instruction set; "portable" is the plain scalar twin that tests hold the
 // others against. All sets compute the same bits. Sums over particles or contacts come back as integers of
@@ -45,10 +45,10 @@ struct ContactPhase {
   double* shear_x = nullptr;
   double* shear_y = nullptr;
   double* shear_z = nullptr;
-  ContactForce* force = nullptr;           ///< slots
+  ContactForce* force = nullptr;           ///< slots, of deferred contacts
   ContactForce* resultant = nullptr;       ///< of particles; zero at the start of a cycle
   const std::uint8_t* deferred = nullptr;  ///< kDeferFirst, kDeferSecond
-  double* stress = nullptr;                ///< slots; measuring cycles only
+  double* stress = nullptr;                ///< slots, as force; measuring cycles only
   double* peak_stress = nullptr;           ///< of particles, as resultant; measuring cycles only
   const Spin* spin = nullptr;              ///< of particles; nullptr: rotation is blocked, and costs nothing
   ContactForce* couple =

@@ -87,6 +87,11 @@ inline void load_bodies(const Body* body, const std::int32_t* index, Vec out[8])
   transpose(rows, out);
 }
 
+inline Vec load_radii(const Body* body, const std::int32_t* index) {
+  const __m256i place = _mm256_slli_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), 3);
+  return {_mm512_i32gather_pd(place, &body->radius, sizeof(double))};
+}
+
 /// Of eight pairs of bodies: second minus first of x, y, z and vx, vy, vz; the sum of the radii; the smaller
 /// breaking stress.
 inline void load_pairs(const Body* body, const std::int32_t* first, const std::int32_t* second, Vec out[8]) {
@@ -233,6 +238,13 @@ inline void load_bodies(const Body* body, const std::int32_t* index, Vec out[8])
   }
   transpose(low, out);
   transpose(high, out + 4);
+}
+
+inline Vec load_radii(const Body* body, const std::int32_t* index) {
+  const __m128i place = _mm_slli_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(index)), 3);
+  const __m256d none = _mm256_setzero_pd();
+  return {_mm256_mask_i32gather_pd(none, &body->radius, place, _mm256_cmp_pd(none, none, _CMP_EQ_OQ),
+                                   sizeof(double))};
 }
 
 /// Of four pairs of bodies: second minus first of x, y, z and vx, vy, vz; the sum of the radii; the smaller

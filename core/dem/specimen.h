@@ -41,13 +41,13 @@ struct Contacts {
   std::vector<std::int32_t> first, second;  ///< particle indices, first < second; padded to a multiple of 8
   AlignedVector<double> root_radius;        ///< sqrt(r') [m^0.5], padded
   AlignedVector<double> shear_x, shear_y, shear_z;  ///< tangential force on first [N], padded
-  AlignedVector<ContactForce> force;        ///< of the last measuring cycle, padded; a work space of kernels
+  AlignedVector<ContactForce> force;                ///< of deferred contacts, padded; a work space of kernels
   AlignedVector<ContactForce> couple;       ///< padded where rotation is free; a work space of kernels
   AlignedVector<ContactForce> resultant;    ///< n: zero between cycles; a work space of kernels
   AlignedVector<double> peak_stress;        ///< n: zero between cycles; a work space of kernels
   std::vector<std::uint8_t> deferred;       ///< padded: which ends are added up by the particle kernel
   std::vector<std::uint8_t> shared;         ///< n: 1 if the contacts fall to different threads
-  AlignedVector<double> stress;             ///< F/(pi r' delta) of the last measuring cycle [Pa], padded
+  AlignedVector<double> stress;             ///< F/(pi r' delta) of deferred ones, padded; a work space [Pa]
   std::size_t count = 0;                    ///< m, without padding
   std::vector<std::int32_t> own_begin;      ///< n+1: contacts of which i is first
   std::vector<std::int32_t> lower_begin;    ///< n+1: places in lower_contact of those of which i is second

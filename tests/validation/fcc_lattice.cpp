@@ -52,6 +52,7 @@ FccLattice::FccLattice(const ContactModel& model, const Kernels& kernels, double
   force_.resize(kContacts);
   resultant_.resize(body_.size());
   deferred_.assign(kContacts, 0);
+  all_deferred_.assign(kContacts, kDeferFirst | kDeferSecond);
 }
 
 void FccLattice::refresh_images() {
@@ -79,7 +80,7 @@ void FccLattice::compute_contacts(bool measure, double last_drift) {
   phase.shear_z = shear_z_.data();
   phase.force = force_.data();
   phase.resultant = resultant_.data();
-  phase.deferred = deferred_.data();
+  phase.deferred = measure ? all_deferred_.data() : deferred_.data();
   phase.stress = stress_.data();
   AlignedVector<double> peak_stress(resultant_.size(), 0.0);
   phase.peak_stress = peak_stress.data();
@@ -90,8 +91,6 @@ void FccLattice::compute_contacts(bool measure, double last_drift) {
   phase.drift = last_drift;
   ContactSums sums;
   kernels_->contacts(phase, {measure, false, true}, 0, kContacts, sums);
-  // Forces are looked at contact by contact then, and no particle kernel follows that would clear these.
-  if (measure) std::fill(resultant_.begin(), resultant_.end(), ContactForce{});
 }
 
 Eigen::Matrix3d FccLattice::stress() {

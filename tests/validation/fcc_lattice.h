@@ -52,7 +52,7 @@ class FccLattice {
   std::vector<std::int32_t> first_, second_;
   AlignedVector<double> root_radius_, shear_x_, shear_y_, shear_z_, stress_;
   AlignedVector<ContactForce> force_, resultant_;
-  std::vector<std::uint8_t> deferred_;
+  std::vector<std::uint8_t> deferred_, all_deferred_;
   double last_drift_ = 0.0;
 };
 
