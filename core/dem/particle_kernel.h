@@ -50,8 +50,9 @@ inline std::int64_t to_quanta(double value, double scale) {
 }
 
 struct WallLoad {
-  double force[3] = {0.0, 0.0, 0.0};
-  double stiffness = 0.0;
+  // As a vector from the start: one read back from numbers just written waits until they have left for the
+  // cache.
+  Quad force_and_stiffness = quad_all(0.0);
   double stress = 0.0;    // largest F/(pi R delta)
   double breaking = 0.0;  // largest stress ratio above 1, else 0
 };
@@ -92,8 +93,7 @@ inline void rub(const ParticlePhase& phase, std::size_t i, const AtWall& at, con
   sums.tangential_work += to_quanta(0.5 * ((old[0] + tb) * sb + (old[1] + tc) * sc), 0x1p70);
   phase.wall_shear[i].across[at.axis][0] = tb;
   phase.wall_shear[i].across[at.axis][1] = tc;
-  load.force[b] += tb;
-  load.force[c] += tc;
+  load.force_and_stiffness = load.force_and_stiffness + in_lane(b, tb) + in_lane(c, tc);
 }
 
 /// Contacts of particle i with the walls near it, r' = R.
@@ -117,8 +117,8 @@ inline WallLoad wall_contacts(const ParticlePhase& phase, std::size_t i, CycleKi
     evaluate(phase.law, overlap, g, slope);
     const double prefactor = phase.wall_modulus * __builtin_sqrt(body.radius);
     const double force = prefactor * g, stiffness = prefactor * slope;
-    load.force[axis] += high ? -force : force;
-    load.stiffness += stiffness;
+    load.force_and_stiffness =
+        load.force_and_stiffness + three_and_one(in_lane(axis, high ? -force : force), quad_all(stiffness));
     sums.wall_force[wall] += to_quanta(force, 0x1p40);
     sums.wall_stiffness[wall] += to_quanta(stiffness, 0x1p20);
     if constexpr (kRubs)
@@ -173,7 +173,7 @@ void complete(const ParticlePhase& phase, CycleKind kind, std::size_t i, Particl
   }
   if (phase.near_walls[i] != 0) {
     const WallLoad load = wall_contacts<kRubs>(phase, i, kind, sums);
-    force = force + quad(load.force[0], load.force[1], load.force[2], load.stiffness);
+    force = force + load.force_and_stiffness;
     stress = load.stress > stress ? load.stress : stress;
     if (load.breaking > 0.0) {
       sums.breaking = true;

@@ -18,8 +18,14 @@ struct Quad {
   __m256d v;
 };
 
-inline Quad quad(double a, double b, double c, double d) { return {_mm256_setr_pd(a, b, c, d)}; }
 inline Quad quad_all(double a) { return {_mm256_set1_pd(a)}; }
+/// `a` in one lane, 0 in the others.
+inline Quad in_lane(unsigned lane, double a) {
+  alignas(32) static constexpr std::int64_t kMasks[4][4] = {
+      {-1, 0, 0, 0}, {0, -1, 0, 0}, {0, 0, -1, 0}, {0, 0, 0, -1}};
+  const __m256i mask = _mm256_load_si256(reinterpret_cast<const __m256i*>(kMasks[lane]));
+  return {_mm256_and_pd(_mm256_set1_pd(a), _mm256_castsi256_pd(mask))};
+}
 inline Quad load_quad(const double* p) { return {_mm256_load_pd(p)}; }
 inline void store_quad(double* p, Quad a) { _mm256_store_pd(p, a.v); }
 inline Quad operator+(Quad a, Quad b) { return {_mm256_add_pd(a.v, b.v)}; }
@@ -55,8 +61,12 @@ struct Quad {
   double v[4];
 };
 
-inline Quad quad(double a, double b, double c, double d) { return {{a, b, c, d}}; }
 inline Quad quad_all(double a) { return {{a, a, a, a}}; }
+inline Quad in_lane(unsigned lane, double a) {
+  Quad out = quad_all(0.0);
+  out.v[lane] = a;
+  return out;
+}
 inline Quad load_quad(const double* p) { return {{p[0], p[1], p[2], p[3]}}; }
 inline void store_quad(double* p, Quad a) {
   for (int k = 0; k < 4; ++k) p[k] = a.v[k];
