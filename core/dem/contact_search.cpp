@@ -23,6 +23,26 @@ void forget_far_walls(WallShear& shear, unsigned near) {
   }
 }
 
+/// Borders such that all members have about the same to do, on multiples of the kernel's grain.
+void share_out_particles(Contacts& contacts, const Team& team) {
+  constexpr std::size_t kSpecialWork = 3;  // what completing a special particle takes, in moves of a particle
+  const std::size_t n = contacts.near_walls.size();
+  const auto members = static_cast<std::size_t>(team.size());
+  const std::size_t work = n + kSpecialWork * contacts.special.size();
+  contacts.particle_shares.assign(members + 1, n);
+  contacts.particle_shares[0] = 0;
+  std::size_t done = 0, next = 0, member = 1;
+  for (std::size_t i = 0; i < n && member < members; i += kKernelGrain) {
+    for (; member < members && done * members >= work * member; ++member)
+      contacts.particle_shares[member] = i;
+    done += kKernelGrain;
+    for (; next < contacts.special.size() &&
+           static_cast<std::size_t>(contacts.special[next]) < i + kKernelGrain;
+         ++next)
+      done += kSpecialWork;
+  }
+}
+
 }  // namespace
 
 void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std::int32_t>* new_index) {
@@ -70,6 +90,7 @@ void ContactSearch::search(Specimen& specimen, Team& team, const std::vector<std
     if (near != 0 || contacts.shared[i] != 0) contacts.special.push_back(static_cast<std::int32_t>(i));
     contacts.reference[i] = {body.x, body.y, body.z, reach_[i] * reach_[i]};
   }
+  share_out_particles(contacts, team);
   contacts.wall_reference = specimen.walls.position;
   contacts.valid = true;
   ++searches_;

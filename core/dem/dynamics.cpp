@@ -149,9 +149,9 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
   }
   doing.emplace(options_.activity, Activity::kParticles);
   team_.run([&](int member) {
-    const Share share = team_.share(particles.size(), member, kKernelGrain);
-    kernels_.particles(phase, kind, share.begin, share.end,
-                       of_member_[static_cast<std::size_t>(member)].particles);
+    const auto m = static_cast<std::size_t>(member);
+    kernels_.particles(phase, kind, contacts.particle_shares[m], contacts.particle_shares[m + 1],
+                       of_member_[m].particles);
   });
 
   doing.reset();

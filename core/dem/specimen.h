@@ -54,9 +54,11 @@ struct Contacts {
   std::vector<std::int32_t> lower_contact;  ///< ascending first
   std::vector<std::uint8_t> near_walls;     ///< n: bit w set if wall w is within the skin
   std::vector<std::int32_t> special;        ///< particles that are shared or near walls, ascending
-  AlignedVector<ListReference> reference;   ///< n: how far the list holds
-  std::array<double, 6> wall_reference{};   ///< wall positions then [m]
-  bool valid = false;                       ///< false: must be searched anew before the next cycle
+  std::vector<std::size_t>
+      particle_shares;                     ///< borders of the shares of the particle kernel, about equal work
+  AlignedVector<ListReference> reference;  ///< n: how far the list holds
+  std::array<double, 6> wall_reference{};  ///< wall positions then [m]
+  bool valid = false;                      ///< false: must be searched anew before the next cycle
 };
 
 /// Six rigid walls of the box; wall 2a is the low one of axis a, 2a+1 the high one.
