@@ -14,13 +14,13 @@ folder, figure = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
 # creepd. On all three axes alike nothing buckles, and the whole range is judged.
 PAIRS = [
     ("creepd_isotropic_mu_0", "lammps_isotropic_mu_0", 0.003, "isotropic, mu = 0"),
-    ("creepd_isotropic_mu_0", "creepd_isotropic_mu_0_nudged", None, "isotropic, mu = 0, creepd against itself nudged"),
+    ("creepd_isotropic_mu_0", "creepd_isotropic_mu_0_nudged", None, "isotropic, mu = 0, creepd against itself nudged by 2e-15"),
     ("creepd_isotropic_mu_0.275", "lammps_isotropic_mu_0.275", 0.02, "isotropic, mu = 0.275 (mindlin/force)"),
-    ("creepd_mu_0", "lammps_mu_0", 0.003, "mu = 0, as long as creepd agrees with itself nudged by 2e-15 to 0.3 %"),
-    ("creepd_mu_0", "lammps_mu_0", None, "mu = 0, all"),
-    ("creepd_mu_0", "creepd_mu_0_nudged", None, "mu = 0, creepd against itself nudged"),
-    ("creepd_mu_0.275", "lammps_mu_0.275_force", 0.02, "mu = 0.275, incremental shear force (mindlin/force)"),
-    ("creepd_mu_0.275", "lammps_mu_0.275_spring", 0.02, "mu = 0.275, shear spring times present stiffness (mindlin)"),
+    ("creepd_mu_0", "lammps_mu_0", 0.003, "along z, mu = 0, as long as creepd agrees with itself nudged to 0.3 %"),
+    ("creepd_mu_0", "lammps_mu_0", None, "along z, mu = 0, all"),
+    ("creepd_mu_0", "creepd_mu_0_nudged", None, "along z, mu = 0, creepd against itself nudged"),
+    ("creepd_mu_0.275", "lammps_mu_0.275_force", 0.02, "along z, mu = 0.275, incremental shear force (mindlin/force)"),
+    ("creepd_mu_0.275", "lammps_mu_0.275_spring", 0.02, "along z, mu = 0.275, shear spring times present stiffness (mindlin)"),
 ]
 
 
