@@ -66,7 +66,7 @@ def panel(left, title, axis, series, columns):
             for row in theirs[:: max(1, len(theirs) // 25)]:
                 if row[0] <= x_end:
                     out.append(f'<circle cx="{x_of(row[0]):.1f}" cy="{y_of(row[column]):.1f}" r="3" fill="none" stroke="{colour}"/>')
-        out.append(f'<text x="{start + 20}" y="{50 + 18 * k}" fill="{colour}">{label}: line creepd, circles LAMMPS</text>')
+        out.append(f'<text x="{end}" y="{height - bottom - 34 + 18 * k}" text-anchor="end" fill="{colour}">{label}: line creepd, circles LAMMPS</text>')
     return out
 
 
