@@ -1,8 +1,10 @@
-// compress_packing relax PACKING STRESS            a frictionless smooth packing at rest under isotropic
-// STRESS [Pa] compress_packing load START FRICTION SPEED STEP EVERY COUNT   compresses it along z at constant
-// closing SPEED [m/s]; a row every EVERY steps of STEP [s]
-// compress_packing shear START FRICTION SPEED STEP EVERY COUNT STRESS  the same with the sides held at STRESS
-// by the servo, and spheres that may turn
+// compress_packing relax PACKING STRESS  a frictionless smooth packing at rest under isotropic STRESS [Pa]
+// compress_packing load START FRICTION SPEED STEP EVERY COUNT
+//     compresses it along z at constant closing SPEED [m/s]; a row every EVERY steps of STEP [s]
+// compress_packing isotropic START FRICTION SPEED STEP EVERY COUNT
+//     the same with the sides closing in proportion to their lengths: equal strains along x, y and z
+// compress_packing shear START FRICTION SPEED STEP EVERY COUNT STRESS
+//     the same as load with the sides held at STRESS by the servo, and spheres that may turn
 //
 // All write to the standard output: a packing as packing_file.h reads it, a table of strain and wall
 // stresses.
@@ -59,24 +61,48 @@ void relax(const char* path, double stress) {
   }
 }
 
+enum class Sides { kFixed, kClosing, kHeld };
+
 struct Loading {
+  Sides sides;
   double friction, speed, step;
   long every, count;
-  double side_stress = 0.0;  // 0: the sides are fixed, and spheres do not turn
+  double side_stress;  // of sides that are held
 };
+
+// FRICTION SPEED STEP EVERY COUNT
+Loading loading_of(Sides sides, char** words, double side_stress) {
+  return {sides,
+          std::atof(words[0]),
+          std::atof(words[1]),
+          std::atof(words[2]),
+          std::atol(words[3]),
+          std::atol(words[4]),
+          side_stress};
+}
+
+WallControl control_of(const Loading& loading, const Walls& walls) {
+  WallControl control{};
+  control[2] = {AxisControl::Mode::kVelocity, 0.0, loading.speed};
+  for (std::size_t axis : {0, 1}) {
+    if (loading.sides == Sides::kClosing) {
+      const double speed = loading.speed * walls.length(axis) / walls.length(2);
+      control[axis] = {AxisControl::Mode::kVelocity, 0.0, speed};
+    } else if (loading.sides == Sides::kHeld) {
+      control[axis] = {AxisControl::Mode::kServo, loading.side_stress, 4.0 * loading.speed, true};
+    }
+  }
+  return control;
+}
 
 void load(const char* path, const Loading& loading) {
   Experiment experiment = smooth_unbreakable(loading.friction);
-  experiment.material.free_rotation = loading.side_stress > 0.0;
+  experiment.material.free_rotation = loading.sides == Sides::kHeld;
   Dynamics dynamics(experiment, kernels(), {.threads = 1});
   Specimen specimen = start(experiment, path);
   dynamics.assess(specimen);
   const double height = specimen.walls.length(2), volume = specimen.walls.volume();
-  WallControl control{};
-  if (loading.side_stress > 0.0) {
-    control[0] = control[1] = {AxisControl::Mode::kServo, loading.side_stress, 4.0 * loading.speed, true};
-  }
-  control[2] = {AxisControl::Mode::kVelocity, 0.0, loading.speed};
+  const WallControl control = control_of(loading, specimen.walls);
   std::printf("axial_strain,axial_stress_Pa,radial_stress_Pa,volumetric_strain\n");
   for (long cycle = 0; cycle <= loading.every * loading.count; ++cycle) {
     const double strain = 1.0 - specimen.walls.length(2) / height;
@@ -100,12 +126,15 @@ int main(int count, char** words) {
   const std::string_view act = count > 1 ? words[1] : "";
   if (act == "relax" && count == 4) {
     creep::relax(words[2], std::atof(words[3]));
-  } else if ((act == "load" && count == 8) || (act == "shear" && count == 9)) {
-    creep::load(words[2], {std::atof(words[3]), std::atof(words[4]), std::atof(words[5]), std::atol(words[6]),
-                           std::atol(words[7]), count == 9 ? std::atof(words[8]) : 0.0});
+  } else if ((act == "load" || act == "isotropic") && count == 8) {
+    const creep::Sides sides = act == "load" ? creep::Sides::kFixed : creep::Sides::kClosing;
+    creep::load(words[2], creep::loading_of(sides, words + 3, 0.0));
+  } else if (act == "shear" && count == 9) {
+    creep::load(words[2], creep::loading_of(creep::Sides::kHeld, words + 3, std::atof(words[8])));
   } else {
     std::fprintf(stderr,
                  "usage: compress_packing relax PACKING STRESS | load START FRICTION SPEED STEP EVERY COUNT "
+                 "| isotropic START FRICTION SPEED STEP EVERY COUNT "
                  "| shear START FRICTION SPEED STEP EVERY COUNT STRESS\n");
     return 2;
   }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# run.sh BIN OUT: compresses one packing of 1500 smooth unbreakable spheres along z from 1 to 20 MPa here and in LAMMPS
-# (Debian package lammps): same walls, same local damping, same step. OUT receives the curves; compare.py judges them.
-# 77 if LAMMPS is not installed.
+# run.sh BIN OUT: compresses one packing of 1500 smooth unbreakable spheres from 1 to 20 MPa, on all three axes alike and along
+# z alone, here and in LAMMPS (Debian package lammps): same walls, same local damping, same step. OUT receives the curves;
+# compare.py judges them. 77 if LAMMPS is not installed.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 bin=${1:?folder of compress_packing}
@@ -10,24 +10,45 @@ command -v lmp > /dev/null || { echo "run.sh: LAMMPS is not installed: apt-get i
 mkdir -p "$out"
 export OMP_NUM_THREADS=1
 
-speed=0.05 step=2e-8 every=200  # closing speed of the platens [m/s], [s], steps a row
+step=2e-8  # [s]
 wall=$(python3 -c 'print(4 / 3 * 32e9 / (1 - 0.19))')  # Hertz prefactor of a wall like between grains [Pa]
 
-"$bin/compress_packing" relax "$here/../../bench/packing_1500.txt" 1e6 > "$out/start.txt"
-read -r x0 y0 z0 x1 y1 z1 < <(python3 "$here/lammps_data.py" "$out/start.txt" "$out/data")
-
 # The same with the last digits of one coordinate changed: how far rounding alone carries two runs apart.
-awk 'NR == 1 { print; next } { printf "%.17g %s %s %s\n", $1 * (1 + 2e-15), $2, $3, $4 }' "$out/start.txt" > "$out/nudged.txt"
+nudge() { awk 'NR == 1 { print; next } { printf "%.17g %s %s %s\n", $1 * (1 + 2e-15), $2, $3, $4 }' "$1"; }
 
-lammps() {  # friction, tangential law, rows, table
-  lmp -in "$here/in.lammps" -log none -screen none -var data "$out/data" -var x0 "$x0" -var x1 "$x1" -var y0 "$y0" \
-    -var y1 "$y1" -var z0 "$z0" -var z1 "$z1" -var wall "$wall" -var friction "$1" -var tangential "$2" -var speed "$speed" \
-    -var step "$step" -var steps "$(($3 * every))" -var every "$every" -var table "$4"
+"$bin/compress_packing" relax "$here/../../bench/packing_1500.txt" 1e6 > "$out/start.txt"
+nudge "$out/start.txt" > "$out/start_nudged.txt"
+
+# Four times to 20 MPa and back without friction: the packing has found the arrangement that carries both.
+cp "$here/../../bench/packing_1500.txt" "$out/trained.txt"
+for _ in 1 2 3 4; do
+  "$bin/compress_packing" relax "$out/trained.txt" 20e6 > "$out/compacted.txt"
+  "$bin/compress_packing" relax "$out/compacted.txt" 1e6 > "$out/trained.txt"
+done
+nudge "$out/trained.txt" > "$out/trained_nudged.txt"
+
+creepd() {  # load or isotropic, start, friction, closing speed along z [m/s], steps a row, rows, table
+  "$bin/compress_packing" "$1" "$out/$2.txt" "$3" "$4" "$step" "$5" "$6" > "$out/$7.csv"
 }
-"$bin/compress_packing" load "$out/start.txt" 0 "$speed" "$step" "$every" 265 > "$out/creepd_mu_0.csv"
-"$bin/compress_packing" load "$out/nudged.txt" 0 "$speed" "$step" "$every" 265 > "$out/creepd_mu_0_nudged.csv"
-"$bin/compress_packing" load "$out/start.txt" 0.275 "$speed" "$step" "$every" 130 > "$out/creepd_mu_0.275.csv"
-lammps 0 mindlin/force 265 "$out/lammps_mu_0.csv"
-lammps 0.275 mindlin/force 130 "$out/lammps_mu_0.275_force.csv"
-lammps 0.275 mindlin 130 "$out/lammps_mu_0.275_spring.csv"
+lammps() {  # the same, then the tangential law
+  local x0 y0 z0 x1 y1 z1 speed_x=0 speed_y=0
+  read -r x0 y0 z0 x1 y1 z1 < <(python3 "$here/lammps_data.py" "$out/$2.txt" "$out/data")
+  if [[ $1 == isotropic ]]; then
+    read -r speed_x speed_y < <(python3 -c "print($4 * ($x1 - $x0) / ($z1 - $z0), $4 * ($y1 - $y0) / ($z1 - $z0))")
+  fi
+  lmp -in "$here/in.lammps" -log none -screen none -var data "$out/data" -var x0 "$x0" -var x1 "$x1" -var y0 "$y0" \
+    -var y1 "$y1" -var z0 "$z0" -var z1 "$z1" -var wall "$wall" -var friction "$3" -var tangential "$8" -var speed_x "$speed_x" \
+    -var speed_y "$speed_y" -var speed_z "$4" -var step "$step" -var steps "$(($5 * $6))" -var every "$5" -var table "$out/$7.csv"
+}
+creepd isotropic trained 0 0.0125 800 85 creepd_isotropic_mu_0
+creepd isotropic trained_nudged 0 0.0125 800 85 creepd_isotropic_mu_0_nudged
+creepd isotropic trained 0.275 0.0125 800 74 creepd_isotropic_mu_0.275
+creepd load start 0 0.05 200 265 creepd_mu_0
+creepd load start_nudged 0 0.05 200 265 creepd_mu_0_nudged
+creepd load start 0.275 0.05 200 130 creepd_mu_0.275
+lammps isotropic trained 0 0.0125 800 85 lammps_isotropic_mu_0 mindlin/force
+lammps isotropic trained 0.275 0.0125 800 74 lammps_isotropic_mu_0.275 mindlin/force
+lammps load start 0 0.05 200 265 lammps_mu_0 mindlin/force
+lammps load start 0.275 0.05 200 130 lammps_mu_0.275_force mindlin/force
+lammps load start 0.275 0.05 200 130 lammps_mu_0.275_spring mindlin
 python3 "$here/compare.py" "$out" "$out/compression.svg"
