@@ -102,6 +102,11 @@ void add_numerics(FieldDigest& digest, const Numerics& numerics) {
   digest.add("minimum_cycles", numerics.minimum_cycles);
   digest.add("time_step_safety", numerics.time_step_safety);
   digest.add("breakages_per_ageing", numerics.breakages_per_ageing);
+  // The paper's fraction is left out, and one that a count or the adaptive scheme overrides: hashes made
+  // before it was a key stay valid.
+  if (!numerics.breakages_per_ageing && numerics.breakage_fraction != kPaperBreakageFraction) {
+    digest.add("breakage_fraction", numerics.breakage_fraction);
+  }
   digest.add("ageing_error_tolerance", numerics.ageing_error_tolerance);
   digest.add("drift_tolerance", numerics.drift_tolerance);
   digest.add("inertial_number_limit", numerics.inertial_number_limit);

@@ -163,11 +163,15 @@ const std::optional<Keep>& keep_of(const Stage& stage);
 
 enum class InertiaScaling { kNone, kFragments, kAll };
 
+/// 30 of 11 500 particles break in an ageing of the paper (section 4.1).
+inline constexpr double kPaperBreakageFraction = 0.0026;
+
 struct Numerics {
   std::string fidelity = "paper";
-  std::int64_t minimum_cycles = 150000;              ///< of a dynamic stage
-  double time_step_safety = 0.7;                     ///< on sqrt2 min sqrt(m/lambda_max) [-]
-  std::optional<std::int64_t> breakages_per_ageing;  ///< n_age; default max(1, round(0.0026 x initial count))
+  std::int64_t minimum_cycles = 150000;               ///< of a dynamic stage
+  double time_step_safety = 0.7;                      ///< on sqrt2 min sqrt(m/lambda_max) [-]
+  std::optional<std::int64_t> breakages_per_ageing;   ///< n_age; none: of the fraction below, at least 1
+  double breakage_fraction = kPaperBreakageFraction;  ///< n_age over the initial count [-]
   /// If given, n_age follows from it instead: error of the strain of each decade of creep_time, relative to
   /// that strain, by which ageing under frozen forces may be wrong [-] (run/ageing.h).
   std::optional<double> ageing_error_tolerance;

@@ -12,11 +12,11 @@ namespace creep {
 
 struct NumericsValue {
   std::string_view key;  ///< of the job file
-  std::string value;     ///< as in a job file: a number, or a string in double quotes
+  std::string value;     ///< as in a job file: a number, a string in double quotes, or an inline table
 };
 
-/// In the order of experiment.h; what has no value is left out: an n_age that follows from the particles, a
-/// criterion that is off.
+/// In the order of experiment.h; what has no value is left out: an n_age of the paper's fraction of the
+/// particles, a criterion that is off.
 std::vector<NumericsValue> numerics_values(const Numerics& numerics);
 
 /// "minimum_cycles = 1000, time_step_safety = 0.7, ..."

@@ -172,6 +172,15 @@ TEST(Ageing, wants_26_failures_in_ten_thousand_grains) {
   EXPECT_EQ(breakages_per_ageing(asked, 11500), 5);
 }
 
+TEST(Ageing, a_fraction_asked_for_grows_with_the_specimen) {
+  Numerics numerics;
+  numerics.breakage_fraction = 0.00033;
+  EXPECT_EQ(breakages_per_ageing(numerics, 800), 1);
+  EXPECT_EQ(breakages_per_ageing(numerics, 3000), 1);
+  EXPECT_EQ(breakages_per_ageing(numerics, 11500), 4);
+  EXPECT_EQ(breakages_per_ageing(numerics, 30000), 10);
+}
+
 TEST(Ageing, time_to_failures_is_the_age_at_which_so_many_have_failed) {
   for (std::int64_t wanted = 1; wanted <= static_cast<std::int64_t>(kFive.size()); ++wanted) {
     Specimen specimen = loaded(kFive);

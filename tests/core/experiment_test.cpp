@@ -327,6 +327,23 @@ TEST(Experiment, ageing_may_adapt_to_a_tolerance) {
   EXPECT_FALSE(asked.breakages_per_ageing);
 }
 
+TEST(Experiment, failures_of_an_ageing_are_a_count_or_a_fraction_of_the_particles) {
+  const auto hash_of = [](const std::string& value) {
+    return experiment_hash(
+        parsed(std::string(kLeast) + "[numerics]\nbreakages_per_ageing = " + value + "\n"));
+  };
+  const std::string key =
+      std::string(kLeast) + "[numerics]\nfidelity = \"balanced\"\nbreakages_per_ageing = ";
+  const Numerics fraction = parsed(key + "{ fraction = 0.001 }\n").numerics;
+  EXPECT_EQ(fraction.breakage_fraction, 0.001);
+  EXPECT_FALSE(fraction.breakages_per_ageing);
+  EXPECT_EQ(parsed(key + "7\n").numerics.breakages_per_ageing, 7);
+  EXPECT_EQ(parsed(key + "\"adaptive\"\n").numerics.breakage_fraction, kPaperBreakageFraction);
+  EXPECT_EQ(hash_of("{ fraction = 0.0026 }"), experiment_hash(parsed(std::string(kLeast))));
+  EXPECT_NE(hash_of("{ fraction = 0.001 }"), hash_of("{ fraction = 0.0026 }"));
+  EXPECT_NE(hash_of("{ fraction = 0.001 }"), hash_of("1"));
+}
+
 Numerics numerics_of(const std::string& lines) {
   return parsed(std::string(kLeast) + "[numerics]\n" + lines).numerics;
 }
@@ -484,6 +501,7 @@ TEST(ExperimentHash, every_field_that_can_change_a_result_changes_it) {
       [](Experiment& e) { e.numerics.minimum_cycles = 1; },
       [](Experiment& e) { e.numerics.time_step_safety *= 2; },
       [](Experiment& e) { e.numerics.breakages_per_ageing = 8; },
+      [](Experiment& e) { e.numerics.breakage_fraction *= 2; },
       [](Experiment& e) { e.numerics.ageing_error_tolerance = 0.1; },
       [](Experiment& e) { e.numerics.drift_tolerance = 0.1; },
       [](Experiment& e) { e.numerics.inertial_number_limit = 0.1; },
