@@ -83,8 +83,8 @@ fidelity = "paper"                       # the settings of the paper; each key b
 #   measured on 3000 particles; "balanced" is 30.6 times, "fast" 139 times faster. Or { error = 0.1 }: the fastest as good
 # minimum_cycles = 150000                # of a dynamic stage; 10 to 100000000. Most of the cost: less is a relaxation
 # time_step_safety = 0.7                 # fraction of the critical step; 0.01 to 1
-# breakages_per_ageing = 8               # 1 to 1000000, or { fraction = 0.0026 } of the initial particles, the default; or
-#                                        #   "adaptive", with
+# breakage_fraction = 0.0026             # of the initial particles break in an ageing, at least 1; 1e-6 to 1
+# breakages_per_ageing = 8               # so many instead; 1 to 1000000; or "adaptive", with
 #   ageing_error_tolerance = 0.1         # on the error of the strain of a decade over that strain; 0.001 to 10
 # drift_tolerance = 0.05                 # on the change of ln(end of the next ageing); 0.0001 to 10, or "none", the default
 # inertial_number_limit = 1e-3           # platens slow down there in loading; 0.000001 to 0.1, or "none", the default

@@ -36,7 +36,7 @@ std::vector<NumericsValue> numerics_values(const Numerics& numerics) {
   } else if (numerics.breakages_per_ageing) {
     add("breakages_per_ageing", std::to_string(*numerics.breakages_per_ageing));
   } else if (numerics.breakage_fraction != kPaperBreakageFraction) {
-    add("breakages_per_ageing", "{ fraction = " + shortest(numerics.breakage_fraction) + " }");
+    add("breakage_fraction", shortest(numerics.breakage_fraction));
   }
   if (numerics.drift_tolerance) add("drift_tolerance", shortest(*numerics.drift_tolerance));
   if (numerics.inertial_number_limit) {

@@ -12,7 +12,7 @@ namespace creep {
 
 struct NumericsValue {
   std::string_view key;  ///< of the job file
-  std::string value;     ///< as in a job file: a number, a string in double quotes, or an inline table
+  std::string value;     ///< as in a job file: a number, or a string in double quotes
 };
 
 /// In the order of experiment.h; what has no value is left out: an n_age of the paper's fraction of the

@@ -52,29 +52,25 @@ void read_criterion(TableReader& reader, std::string_view key, double least, dou
   }
 }
 
-/// breakages_per_ageing = { fraction = 0.001 }
-void read_breakage_fraction(const DocumentNode& table, DiagnosticLog& log, Numerics& numerics) {
-  TableReader reader(table, "breakages_per_ageing", log);
-  if (!reader.has("fraction")) {
-    reader.error(table.begin, "breakages_per_ageing needs fraction, as in { fraction = 0.001 }");
-  }
-  reader.number("fraction", 1e-6, 1.0, numerics.breakage_fraction);
-  reader.finish();
-  numerics.breakages_per_ageing.reset();
-}
-
-/// breakages_per_ageing = 8, a fraction of the particles, or "adaptive" with its tolerance.
-void read_ageing(TableReader& reader, DiagnosticLog& log, Numerics& numerics) {
+/// breakages_per_ageing = 8, or "adaptive" with its tolerance; else breakage_fraction.
+void read_ageing(TableReader& reader, Numerics& numerics) {
   constexpr std::array<std::string_view, 1> kAdaptive = {"adaptive"};
   constexpr double kDefaultTolerance = 0.1;
+  const bool counted = reader.has("breakages_per_ageing");
   bool adaptive = false;
-  const DocumentNode* node = reader.find("breakages_per_ageing");
-  if (node != nullptr && node->kind == DocumentNode::Kind::kTable) {
-    read_breakage_fraction(*node, log, numerics);
-  } else if (reader.is_string("breakages_per_ageing")) {
+  if (reader.is_string("breakages_per_ageing")) {
     adaptive = reader.word("breakages_per_ageing", kAdaptive).has_value();
   } else {
     reader.count("breakages_per_ageing", 1, 1'000'000, numerics.breakages_per_ageing);
+  }
+  reader.number("breakage_fraction", 1e-6, 1.0, numerics.breakage_fraction);
+  if (reader.has("breakage_fraction")) {
+    if (counted) {
+      reader.warning(reader.position_of("breakage_fraction"),
+                     "breakage_fraction is not used: breakages_per_ageing goes before it");
+    } else {
+      numerics.breakages_per_ageing.reset();
+    }
   }
   std::optional<double> tolerance;
   reader.number("ageing_error_tolerance", 1e-3, 10.0, tolerance);
@@ -95,7 +91,7 @@ Numerics read_numerics(const DocumentNode& table, DiagnosticLog& log) {
   Numerics numerics = read_fidelity(reader, log);
   reader.count("minimum_cycles", 10, 100'000'000, numerics.minimum_cycles);
   reader.number("time_step_safety", 0.01, 1.0, numerics.time_step_safety);
-  read_ageing(reader, log, numerics);
+  read_ageing(reader, numerics);
   reader.number("settle_tolerance", 1e-6, 0.1, numerics.settle_tolerance);
   reader.number("unbalanced_tolerance", 1e-9, 0.1, numerics.unbalanced_tolerance);
   reader.number("local_damping", 0.0, 0.95, numerics.local_damping);

@@ -328,20 +328,20 @@ TEST(Experiment, ageing_may_adapt_to_a_tolerance) {
 }
 
 TEST(Experiment, failures_of_an_ageing_are_a_count_or_a_fraction_of_the_particles) {
-  const auto hash_of = [](const std::string& value) {
-    return experiment_hash(
-        parsed(std::string(kLeast) + "[numerics]\nbreakages_per_ageing = " + value + "\n"));
+  const auto hash_of = [](const std::string& lines) {
+    return experiment_hash(parsed(std::string(kLeast) + "[numerics]\n" + lines));
   };
-  const std::string key =
-      std::string(kLeast) + "[numerics]\nfidelity = \"balanced\"\nbreakages_per_ageing = ";
-  const Numerics fraction = parsed(key + "{ fraction = 0.001 }\n").numerics;
+  const std::string reference = std::string(kLeast) + "[numerics]\nfidelity = \"reference\"\n";
+  const Numerics fraction = parsed(reference + "breakage_fraction = 0.001\n").numerics;
   EXPECT_EQ(fraction.breakage_fraction, 0.001);
   EXPECT_FALSE(fraction.breakages_per_ageing);
-  EXPECT_EQ(parsed(key + "7\n").numerics.breakages_per_ageing, 7);
-  EXPECT_EQ(parsed(key + "\"adaptive\"\n").numerics.breakage_fraction, kPaperBreakageFraction);
-  EXPECT_EQ(hash_of("{ fraction = 0.0026 }"), experiment_hash(parsed(std::string(kLeast))));
-  EXPECT_NE(hash_of("{ fraction = 0.001 }"), hash_of("{ fraction = 0.0026 }"));
-  EXPECT_NE(hash_of("{ fraction = 0.001 }"), hash_of("1"));
+  EXPECT_EQ(parsed(reference + "breakage_fraction = 0.001\nbreakages_per_ageing = 7\n")
+                .numerics.breakages_per_ageing,
+            7);
+  EXPECT_EQ(hash_of("breakage_fraction = 0.0026\n"), hash_of(""));
+  EXPECT_NE(hash_of("breakage_fraction = 0.001\n"), hash_of(""));
+  EXPECT_EQ(hash_of("fidelity = \"balanced\"\nbreakages_per_ageing = \"adaptive\"\n"),
+            hash_of("fidelity = \"fast\"\nbreakages_per_ageing = \"adaptive\"\n"));
 }
 
 Numerics numerics_of(const std::string& lines) {

@@ -57,13 +57,16 @@ METHODS = {
     "all scaled, loading 1 m/s, I < 0.003": ALL | SWIFT,
     "all scaled, loading 1 m/s, I < 0.003, cycles 300": ALL | SWIFT | {"minimum_cycles": 300},
     "all scaled, loading 1 m/s, I < 0.003, n_age 1": ALL | SWIFT | {"breakages_per_ageing": 1},
+    # One failure a jump up to 4 500 particles.
+    "all scaled, loading 1 m/s, I < 0.003, cycles 300, n_age 0.033 %":
+        ALL | SWIFT | {"minimum_cycles": 300, "breakage_fraction": 0.00033},
     "all scaled, loading 1 m/s, I < 0.003, cycles 300, n_age 1":
         ALL | SWIFT | {"minimum_cycles": 300, "breakages_per_ageing": 1},
     "all scaled, loading 1 m/s, I < 0.003, cycles 300, adaptive 0.3":
         ALL | SWIFT | {"minimum_cycles": 300, "breakages_per_ageing": '"adaptive"', "ageing_error_tolerance": 0.3},
 }
 # What a job file calls a method (core/experiment/fidelity.cpp).
-FIDELITIES = {"all scaled, loading 1 m/s, I < 0.003, cycles 300, n_age 1": "balanced",
+FIDELITIES = {"all scaled, loading 1 m/s, I < 0.003, cycles 300, n_age 0.033 %": "balanced",
               "all scaled, loading 1 m/s, I < 0.003, cycles 300": "fast"}
 # Column, meaning, and how far one seed lies from another is what an error is held against.
 QUANTITIES = {
