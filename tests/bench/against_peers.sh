@@ -11,7 +11,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 read -r lx ly lz < <(python3 "$here/peers/lammps_data.py" "$packing" "$work/data")
 particles=$(grep -vc '^#' "$packing")
-steps=$((11500 * 600 / particles + 1))
+steps=$((11500 * 2000 / particles + 1))
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMP_NUM_THREADS=1
 
 lammps() {  # cores
