@@ -5,8 +5,8 @@
 
 Packs each seed once, starts every method from that checkpoint, goes on where it was stopped, and writes runs.csv,
 table.md and cost_error.svg, with --name as runs_N.csv and so on. Rows of a runs.csv there are kept unless they are
-measured again, so methods and seeds can be added. Where no run has the reference, errors are those from "near
-reference".
+measured again, so methods and seeds can be added. Where the reference was not run, errors are those from what is
+closest to it (REFERENCES).
 """
 import argparse
 import csv
@@ -65,6 +65,8 @@ METHODS = {
     "all scaled, loading 1 m/s, I < 0.003, cycles 300, adaptive 0.3":
         ALL | SWIFT | {"minimum_cycles": 300, "breakages_per_ageing": '"adaptive"', "ageing_error_tolerance": 0.3},
 }
+# Closest to exact first; the last differs from "near reference" by 0.5 +- 2.6 % in strain at 3 000 particles.
+REFERENCES = ("reference", "near reference", "all scaled, loading 1 m/s, I < 0.003, cycles 300, n_age 1")
 # What a job file calls a method (core/experiment/fidelity.cpp).
 FIDELITIES = {"all scaled, loading 1 m/s, I < 0.003, cycles 300, n_age 0.033 %": "balanced",
               "all scaled, loading 1 m/s, I < 0.003, cycles 300": "fast"}
@@ -151,8 +153,9 @@ def differences(rows, method, against, name):
 
 
 def reference_of(rows):
-    """The method from which errors are counted."""
-    return "reference" if any(row["method"] == "reference" for row in rows) else "near reference"
+    """The method from which errors are counted: the strictest that two specimens have."""
+    seeds = lambda method: sum(row["method"] == method for row in rows)
+    return next((method for method in REFERENCES if seeds(method) > 1), None)
 
 
 def reference_values(rows, name):
@@ -320,6 +323,9 @@ def main():
     order = sorted(rows, key=lambda key: (key[1], list(METHODS).index(key[0])))
     rows = [rows[key] for key in order]
     write_rows(rows, into / f"runs{ending}.csv")
+    if reference_of(rows) is None:
+        print("no table and no chart yet: they need two specimens of one of", ", ".join(REFERENCES))
+        return
     write_table(rows, into / f"table{ending}.md")
     write_chart(rows, into / f"cost_error{ending}.svg")
 
