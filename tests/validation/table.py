@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """table.py BIN: runs the validation tests in BIN and puts what they measured into tests/README.md, between the lines
-that mark the table. Exit 1 if a test fails; then nothing is written."""
+that mark the table; below them what known_answers.json of the comparisons with other programs keeps. Exit 1 if a test fails;
+then nothing is written."""
 import json
 import pathlib
 import subprocess
@@ -12,7 +13,8 @@ BEGIN = "<!-- validation table: tests/validation/table.py -->"
 END = "<!-- end of the validation table -->"
 
 binaries = pathlib.Path(sys.argv[1])
-readme = pathlib.Path(__file__).resolve().parent.parent / "README.md"
+here = pathlib.Path(__file__).resolve().parent
+readme = here.parent / "README.md"
 rows = []
 for program in PROGRAMS:
     with tempfile.NamedTemporaryFile(suffix=".json") as out:
@@ -22,6 +24,8 @@ for program in PROGRAMS:
         for suite in json.load(out)["testsuites"]:
             for test in suite["testsuite"]:
                 rows += [(json.loads(test[key]), program) for key in sorted(test) if key.startswith("known_")]
+for kept in sorted(here.glob("*/known_answers.json")):
+    rows += [(row, f"{kept.parent.name}/run.sh") for row in json.loads(kept.read_text())]
 
 lines = ["| known answer | cases | largest difference | tolerance | its reason | in |", "|---|---|---|---|---|---|"]
 for row, program in rows:

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """compare.py FOLDER FIGURE: stress at equal strain here and in LAMMPS. Writes FIGURE (SVG) and prints a table of the largest
-and the mean difference; exit 1 if one is beyond its tolerance."""
+and the mean difference, and beside FIGURE known_answers.json for the table in tests/README.md; exit 1 if one is beyond its
+tolerance."""
 import csv
+import json
 import pathlib
 import sys
 
@@ -11,7 +13,8 @@ folder, figure = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
 #
 # Along z alone and without friction the packing buckles again and again, and each time the last digits decide between paths:
 # no two programs follow one path for long. The nudged run of creepd itself tells how far; up to there LAMMPS is held against
-# creepd. On all three axes alike nothing buckles, and the whole range is judged.
+# creepd. Taken to 20 MPa and back some times and then
+# compressed on all three axes alike it hardly rearranges, and the whole range is judged.
 PAIRS = [
     ("creepd_isotropic_mu_0", "lammps_isotropic_mu_0", 0.003, "isotropic, mu = 0"),
     ("creepd_isotropic_mu_0", "creepd_isotropic_mu_0_nudged", None, "isotropic, mu = 0, creepd against itself nudged by 2e-15"),
@@ -92,7 +95,9 @@ def comparable(rows):
     return rows[:split]
 
 
-failed = False
+REASONS = {0.003: "rounding alone moves creepd by 2e-4 in the isotropic scene; along z by 3e-3 where judging ends",
+           0.02: "for the tangential law: LAMMPS' two differ by 3.3e-3 from one another"}
+failed, known = False, []
 print("| pair | axial strain | axial stress, MPa | largest difference, axial / radial | mean, axial / radial | tolerance |")
 print("|---|---|---|---|---|---|")
 for ours, theirs, tolerance, what in PAIRS:
@@ -104,6 +109,10 @@ for ours, theirs, tolerance, what in PAIRS:
     mean = [sum(row[c] for row in rows) / len(rows) for c in (1, 2)]
     print(f"| {what} | {rows[-1][0]:.4f} | {mine[0][1] / 1e6:.1f} to {mine[len(rows) - 1][1] / 1e6:.1f} | "
           f"{largest[0]:.1e} / {largest[1]:.1e} | {mean[0]:+.1e} / {mean[1]:+.1e} | {tolerance or '-'} |")
-    failed = failed or (tolerance is not None and max(largest) > tolerance)
+    if tolerance is not None:
+        failed = failed or max(largest) > tolerance
+        known.append({"claim": f"LAMMPS, 1500 spheres compressed, {what}; axial and radial stress at equal strain", "cases": 2 * len(rows),
+                      "worst": max(largest), "tolerance": tolerance, "reason": REASONS[tolerance]})
+(figure.parent / "known_answers.json").write_text(json.dumps(known, indent=1) + "\n")
 draw()
 sys.exit(1 if failed else 0)

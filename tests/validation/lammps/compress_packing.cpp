@@ -1,4 +1,3 @@
-// compress_packing relax PACKING STRESS  a frictionless smooth packing at rest under isotropic STRESS [Pa]
 // compress_packing load START FRICTION SPEED STEP EVERY COUNT
 //     compresses it along z at constant closing SPEED [m/s]; a row every EVERY steps of STEP [s]
 // compress_packing isotropic START FRICTION SPEED STEP EVERY COUNT
@@ -6,8 +5,8 @@
 // compress_packing shear START FRICTION SPEED STEP EVERY COUNT STRESS
 //     the same as load with the sides held at STRESS by the servo, and spheres that may turn
 //
-// All write to the standard output: a packing as packing_file.h reads it, a table of strain and wall
-// stresses.
+// START is a packing at rest (settle_packing). All write a table of strain and wall stresses to the standard
+// output.
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -36,30 +35,6 @@ Specimen start(const Experiment& experiment, const char* path) {
 }
 
 const Kernels& kernels() { return avx2_kernels() != nullptr ? *avx2_kernels() : portable_kernels(); }
-
-void relax(const char* path, double stress) {
-  const Experiment experiment = smooth_unbreakable(0.0);
-  Dynamics dynamics(experiment, kernels(), {.threads = 1});
-  Specimen specimen = start(experiment, path);
-  dynamics.assess(specimen);
-  WallControl control{};
-  for (AxisControl& axis : control) axis = {AxisControl::Mode::kServo, stress, 0.1};
-  for (int cycle = 0; cycle < 200000; ++cycle) dynamics.cycle(specimen, control);
-  // At fixed walls the rest of the motion dies out.
-  for (int cycle = 0; cycle < 1000000 && !(cycle > 10000 && specimen.unbalanced_force_ratio < 1e-8);
-       ++cycle) {
-    dynamics.cycle(specimen, WallControl{});
-  }
-  const Walls& walls = specimen.walls;
-  std::printf(
-      "# x y z r (metres). box %.17g %.17g %.17g %.17g %.17g %.17g ; smooth, frictionless, %g Pa, unbalanced "
-      "%g\n",
-      walls.position[0], walls.position[2], walls.position[4], walls.position[1], walls.position[3],
-      walls.position[5], stress, specimen.unbalanced_force_ratio);
-  for (const Body& body : specimen.particles.body) {
-    std::printf("%.17g %.17g %.17g %.17g\n", body.x, body.y, body.z, body.radius);
-  }
-}
 
 enum class Sides { kFixed, kClosing, kHeld };
 
@@ -124,16 +99,14 @@ void load(const char* path, const Loading& loading) {
 
 int main(int count, char** words) {
   const std::string_view act = count > 1 ? words[1] : "";
-  if (act == "relax" && count == 4) {
-    creep::relax(words[2], std::atof(words[3]));
-  } else if ((act == "load" || act == "isotropic") && count == 8) {
+  if ((act == "load" || act == "isotropic") && count == 8) {
     const creep::Sides sides = act == "load" ? creep::Sides::kFixed : creep::Sides::kClosing;
     creep::load(words[2], creep::loading_of(sides, words + 3, 0.0));
   } else if (act == "shear" && count == 9) {
     creep::load(words[2], creep::loading_of(creep::Sides::kHeld, words + 3, std::atof(words[8])));
   } else {
     std::fprintf(stderr,
-                 "usage: compress_packing relax PACKING STRESS | load START FRICTION SPEED STEP EVERY COUNT "
+                 "usage: compress_packing load START FRICTION SPEED STEP EVERY COUNT "
                  "| isotropic START FRICTION SPEED STEP EVERY COUNT "
                  "| shear START FRICTION SPEED STEP EVERY COUNT STRESS\n");
     return 2;

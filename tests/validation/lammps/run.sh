@@ -4,7 +4,7 @@
 # compare.py judges them. 77 if LAMMPS is not installed.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
-bin=${1:?folder of compress_packing}
+bin=${1:?folder of compress_packing and settle_packing}
 out=${2:?folder for the results}
 command -v lmp > /dev/null || { echo "run.sh: LAMMPS is not installed: apt-get install lammps" >&2; exit 77; }
 mkdir -p "$out"
@@ -13,17 +13,18 @@ export OMP_NUM_THREADS=1
 step=2e-8  # [s]
 wall=$(python3 -c 'print(4 / 3 * 32e9 / (1 - 0.19))')  # Hertz prefactor of a wall like between grains [Pa]
 
+settle() { "$bin/settle_packing" "$1" "$2" 200000 1000000 1; }
 # The same with the last digits of one coordinate changed: how far rounding alone carries two runs apart.
 nudge() { awk 'NR == 1 { print; next } { printf "%.17g %s %s %s\n", $1 * (1 + 2e-15), $2, $3, $4 }' "$1"; }
 
-"$bin/compress_packing" relax "$here/../../bench/packing_1500.txt" 1e6 > "$out/start.txt"
+settle "$here/../../bench/packing_1500.txt" 1e6 > "$out/start.txt"
 nudge "$out/start.txt" > "$out/start_nudged.txt"
 
 # Four times to 20 MPa and back without friction: the packing has found the arrangement that carries both.
 cp "$here/../../bench/packing_1500.txt" "$out/trained.txt"
 for _ in 1 2 3 4; do
-  "$bin/compress_packing" relax "$out/trained.txt" 20e6 > "$out/compacted.txt"
-  "$bin/compress_packing" relax "$out/compacted.txt" 1e6 > "$out/trained.txt"
+  settle "$out/trained.txt" 20e6 > "$out/compacted.txt"
+  settle "$out/compacted.txt" 1e6 > "$out/trained.txt"
 done
 nudge "$out/trained.txt" > "$out/trained_nudged.txt"
 
