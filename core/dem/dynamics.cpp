@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/arithmetic/check.h"
 #include "core/arithmetic/elementary.h"
 #include "core/dem/rotation.h"
 #include "core/physics/crack.h"
@@ -147,6 +148,8 @@ Dynamics::Sums Dynamics::compute(Specimen& specimen, CycleKind kind, double kick
     const double overlap = std::max(specimen.mean_overlap, model_.least_overlap);
     phase.floor_stiffness = model_.modulus * std::sqrt(0.5) * model_.law.slope(overlap);
   }
+  CREEP_CHECK(contacts.particle_shares.size() == of_member_.size() + 1,
+              "the list is of a team of another size");
   doing.emplace(options_.activity, Activity::kParticles);
   team_.run([&](int member) {
     const auto m = static_cast<std::size_t>(member);
