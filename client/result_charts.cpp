@@ -173,8 +173,8 @@ std::optional<NamedChart> rate_chart(const Hold& hold) {
   chart.landmarks = creep_time_landmarks();
   chart.series = {rates};
   std::string caption =
-      "Rate = (dε/d ln t)/t between the ends of neighbouring dynamic stages, at the geometric middle of the "
-      "interval. ";
+      "Rate = (dε/d ln t)/t between ends of dynamic stages, at least a factor of 2 apart in time, at the "
+      "geometric middle of the interval. ";
   if (hold.analysis.primary_fit) {
     add_fit(chart, *hold.analysis.primary_fit);
     absl::StrAppend(&caption, "Singh-Mitchell line by least squares over primary creep only.");

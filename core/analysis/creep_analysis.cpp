@@ -12,6 +12,7 @@ namespace {
 constexpr std::size_t kFewestPoints = 3;   // of a regression
 constexpr std::size_t kLeastWindow = 3;    // intervals a smoothed rate spans at least
 constexpr double kLeastWindowRatio = 2.0;  // and the creep_time ratio it spans at least
+constexpr double kLeastRateRatio = 2.0;    // creep_time ratio between the points of a rate
 constexpr double kSameRate = 1.25;         // rates within this factor count as constant
 constexpr double kRise = 2.0;          // a rise of the smoothed rate that noise of 40 % a stage does not make
 constexpr double kSignificance = 2.0;  // standard deviations
@@ -38,6 +39,23 @@ CreepCurve usable(const CreepCurve& curve) {
   return out;
 }
 
+/// Every point at least kLeastRateRatio behind the one before it, and the last.
+CreepCurve spread(const CreepCurve& points) {
+  CreepCurve out;
+  for (std::size_t i = 0; i < points.creep_time.size(); ++i) {
+    const bool far =
+        out.creep_time.empty() || points.creep_time[i] >= kLeastRateRatio * out.creep_time.back();
+    if (!far && i + 1 < points.creep_time.size()) continue;
+    if (!far && out.creep_time.size() > 1) {
+      out.creep_time.pop_back();
+      out.axial_strain.pop_back();
+    }
+    out.creep_time.push_back(points.creep_time[i]);
+    out.axial_strain.push_back(points.axial_strain[i]);
+  }
+  return out;
+}
+
 /// Rate between two points of the curve.
 StrainRate rate_between(const CreepCurve& points, std::size_t first, std::size_t last) {
   const double begin = points.creep_time[first];
@@ -45,6 +63,12 @@ StrainRate rate_between(const CreepCurve& points, std::size_t first, std::size_t
   const double middle = std::sqrt(begin) * std::sqrt(end);
   const double strain = points.axial_strain[last] - points.axial_strain[first];
   return {middle, strain / std::log(end / begin) / middle};
+}
+
+std::vector<StrainRate> between_neighbours(const CreepCurve& points) {
+  std::vector<StrainRate> rates;
+  for (std::size_t i = 1; i < points.creep_time.size(); ++i) rates.push_back(rate_between(points, i - 1, i));
+  return rates;
 }
 
 struct Line {
@@ -124,10 +148,7 @@ double significant_rise(const std::optional<SinghMitchellFit>& before) {
 }  // namespace
 
 std::vector<StrainRate> strain_rates(const CreepCurve& curve) {
-  const CreepCurve points = usable(curve);
-  std::vector<StrainRate> rates;
-  for (std::size_t i = 1; i < points.creep_time.size(); ++i) rates.push_back(rate_between(points, i - 1, i));
-  return rates;
+  return between_neighbours(spread(usable(curve)));
 }
 
 std::vector<StrainRate> smoothed_strain_rates(const CreepCurve& curve) {
@@ -195,7 +216,8 @@ CreepAnalysis analyse_creep(const CreepCurve& curve) {
     const StrainRate& least = smooth[plateau->least];
     const double earliest = smooth[plateau->first].creep_time;
     const double latest = smooth[plateau->last].creep_time;
-    const double rise = significant_rise(fit_singh_mitchell(analysis.rates, 0.0, earliest));
+    const double rise =
+        significant_rise(fit_singh_mitchell(between_neighbours(usable(curve)), 0.0, earliest));
     const auto rose = [&](const StrainRate& point) { return point.rate >= rise * least.rate; };
     const auto after = smooth.begin() + static_cast<std::ptrdiff_t>(plateau->least);
     if (std::any_of(after, smooth.end(), rose)) {
