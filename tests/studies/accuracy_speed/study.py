@@ -162,6 +162,11 @@ def reference_values(rows, name):
     return [row[name] for row in rows if row["method"] == reference_of(rows) and row.get(name) is not None]
 
 
+def measured(rows):
+    """Quantities that the reference has; those of old runs may be without some."""
+    return [name for name in QUANTITIES if reference_values(rows, name)]
+
+
 def spread(rows, name):
     values = reference_values(rows, name)
     return statistics.stdev(values) if len(values) > 1 else float("nan")
@@ -195,7 +200,7 @@ def worst(rows, method):
     """Largest |mean difference| of strains and void ratio, in seed standard deviations; and whether all intervals of
     all quantities lie within one."""
     sizes, within = [], True
-    for name in QUANTITIES:
+    for name in measured(rows):
         mean, half = interval(differences(rows, method, reference_of(rows), name))
         deviation = spread(rows, name)
         if name in STATED:
@@ -218,18 +223,18 @@ def label(method):
 
 
 def write_table(rows, path):
-    reference = reference_of(rows)
-    lines = ["| method | seeds | cheaper than `paper` | " + " | ".join(QUANTITIES.values())
-             + " | all within one seed deviation | stated error, % |", "|---" * (len(QUANTITIES) + 5) + "|"]
+    reference, names = reference_of(rows), measured(rows)
+    lines = ["| method | seeds | cheaper than `paper` | " + " | ".join(QUANTITIES[name] for name in names)
+             + " | all within one seed deviation | stated error, % |", "|---" * (len(names) + 5) + "|"]
     cells = []
-    for name in QUANTITIES:
+    for name in names:
         cells.append(f"{statistics.fmean(reference_values(rows, name)):.4g} ({spread(rows, name):.2g})")
     lines.append(f"| {reference}: mean (seed deviation) | {completed(rows, reference)} | {cheaper(rows, reference):.2g} | " + " | ".join(cells) + " | | |")
     for method in METHODS:
         if method == reference or cost(rows, method) is None:
             continue
         cells = []
-        for name in QUANTITIES:
+        for name in names:
             mean, half = interval(differences(rows, method, reference, name))
             cells.append(f"{mean:+.2g} ± {half:.2g}")
         _, within = worst(rows, method)
