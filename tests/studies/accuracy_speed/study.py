@@ -189,11 +189,11 @@ def completed(rows, method):
 
 
 def cheaper(rows, method):
-    """Particle-steps of "paper" over those of the method, on the seeds that both have."""
+    """Particle-steps of "paper" over those of the method, on the seeds that both have, to three digits; "-" without any."""
     of = {row["seed"]: row["particle_steps"] for row in rows if row["method"] == "paper" and row.get("particle_steps")}
     ratios = [of[row["seed"]] / row["particle_steps"] for row in rows
               if row["method"] == method and row.get("particle_steps") and row["seed"] in of]
-    return math.exp(statistics.fmean(math.log(ratio) for ratio in ratios))
+    return f"{math.exp(statistics.fmean(math.log(ratio) for ratio in ratios)):.3g}" if ratios else "-"
 
 
 def worst(rows, method):
@@ -229,7 +229,7 @@ def write_table(rows, path):
     cells = []
     for name in names:
         cells.append(f"{statistics.fmean(reference_values(rows, name)):.4g} ({spread(rows, name):.2g})")
-    lines.append(f"| {reference}: mean (seed deviation) | {completed(rows, reference)} | {cheaper(rows, reference):.2g} | " + " | ".join(cells) + " | | |")
+    lines.append(f"| {reference}: mean (seed deviation) | {completed(rows, reference)} | {cheaper(rows, reference)} | " + " | ".join(cells) + " | | |")
     for method in METHODS:
         if method == reference or cost(rows, method) is None:
             continue
@@ -240,7 +240,7 @@ def write_table(rows, path):
         _, within = worst(rows, method)
         stopped = sum(row["method"] == method and row["outcome"] != "completed" for row in rows)
         name = f"{label(method)} ({stopped} runs stopped by a guard, left out)" if stopped else label(method)
-        lines.append(f"| {name} | {completed(rows, method)} | {cheaper(rows, method):.3g} | " + " | ".join(cells)
+        lines.append(f"| {name} | {completed(rows, method)} | {cheaper(rows, method)} | " + " | ".join(cells)
                      + f" | {'yes' if within else 'no'} | {stated_error(rows, method):.2g} |")
     path.write_text("\n".join(lines) + "\n")
 
