@@ -30,7 +30,7 @@
 #include "client/commands/version.h"
 #include "client/commands/wait.h"
 #include "client/commands/watch.h"
-#include "client/exit_codes.h"
+#include "client/terminal/exit_codes.h"
 #include "core/experiment/wording.h"
 
 namespace {

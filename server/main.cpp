@@ -26,14 +26,14 @@
 #include <CLI/CLI.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "core/folder/durable_file.h"
 #include "server/api/server.h"
-#include "server/daemon_log.h"
-#include "server/job_store.h"
-#include "server/jobs.h"
-#include "server/sample_index.h"
-#include "server/service_state.h"
-#include "server/supervisor.h"
-#include "server/worker/durable_file.h"
+#include "server/execution/supervisor.h"
+#include "server/folders/sample_index.h"
+#include "server/host/daemon_log.h"
+#include "server/host/service_state.h"
+#include "server/jobs/jobs.h"
+#include "server/store/job_store.h"
 
 namespace {
 
@@ -198,23 +198,23 @@ absl::Status complete(Options& options, const creepd::TlsOptions& tls, bool slot
 /// Makes the names of the folders on the way to `state` durable: without them a power cut takes all of it
 /// away.
 absl::Status sync_way_to(const fs::path& state) {
-  if (auto status = creepd::sync_directory(state); !status.ok()) return status;
+  if (auto status = creep::sync_directory(state); !status.ok()) return status;
   for (fs::path above = state; above.has_relative_path();) {
     above = above.parent_path();
     // What this process may not open was not made by it.
-    if (!creepd::sync_directory(above).ok()) break;
+    if (!creep::sync_directory(above).ok()) break;
   }
   return absl::OkStatus();
 }
 
 /// The state directory is this process's alone as long as the descriptor is open.
-absl::StatusOr<creepd::FileDescriptor> take_state(const fs::path& state) {
+absl::StatusOr<creep::FileDescriptor> take_state(const fs::path& state) {
   std::error_code error;
   fs::create_directories(state / "jobs", error);
   if (error)
     return absl::UnavailableError(absl::StrCat("cannot make ", state.string(), ": ", error.message()));
   ::chmod(state.c_str(), 0700);
-  auto lock = creepd::open_file(state / "lock", O_RDWR | O_CREAT);
+  auto lock = creep::open_file(state / "lock", O_RDWR | O_CREAT);
   if (!lock.ok()) return lock.status();
   if (::flock(lock->get(), LOCK_EX | LOCK_NB) != 0) {
     return absl::AlreadyExistsError(absl::StrCat("another creepd uses ", state.string()));

@@ -56,7 +56,8 @@ only_one() {
   fi
 }
 
-mapfile -t core < <(files core)
+mapfile -t core < <(files core | except '^core/folder/')
+mapfile -t folder < <(files core/folder)
 mapfile -t worker < <(files server/worker)
 mapfile -t server < <(files server | except '^server/worker/')
 mapfile -t client < <(files client)
@@ -67,7 +68,8 @@ if ((${#core[@]} == 0)); then
 fi
 
 # Who may include whom.
-forbid 'core includes only core' '#\s*include\s+"(client|server|proto|tests|creep/v1)/' "${core[@]}"
+forbid 'core includes only core' '#\s*include\s+"(client|server|proto|tests|creep/v1)/' "${core[@]}" "${folder[@]}"
+forbid 'nothing in core but core/folder touches files' '#\s*include\s+"core/folder/' "${core[@]}"
 forbid 'the worker includes only core and its own' '#\s*include\s+"(client|proto|tests|creep/v1|server/(?!worker/))' \
   "${worker[@]}"
 forbid 'the server includes only core, proto and its own' '#\s*include\s+"(client|tests)/' "${server[@]}"
@@ -76,7 +78,8 @@ forbid 'include by the path from the root' '#\s*include\s+"(\.|[^/"]+")' "${ours
 
 # Libraries that would end the independence of the simulator, in code and in what is linked.
 service='#\s*include\s+[<"](grpc|google/protobuf|sqlite3|spdlog)'
-forbid 'no gRPC, protobuf, SQLite or logger in core' "$service|\b(grpc|spdlog|sqlite3?)::|\bsqlite3_" "${core[@]}"
+forbid 'no gRPC, protobuf, SQLite or logger in core' "$service|\b(grpc|spdlog|sqlite3?)::|\bsqlite3_" "${core[@]}" \
+  "${folder[@]}"
 forbid 'no gRPC, protobuf, SQLite or logger in the worker' "$service|\b(grpc|spdlog|sqlite3?)::|\bsqlite3_" \
   "${worker[@]}"
 mapfile -t build_files < <(for folder in core server/worker; do
@@ -99,14 +102,14 @@ only_one 'Random123' '#[[:space:]]*include[[:space:]]+[<"]Random123' "${ours[@]}
 only_one 'SQLite' '#[[:space:]]*include[[:space:]]+[<"]sqlite3' "${ours[@]}"
 
 # Determinism: elementary functions differ between C libraries, hash order and thread order between runs.
-mapfile -t state_path < <(files core/arithmetic core/dem core/physics core/run |
+mapfile -t state_path < <(files core/arithmetic core/dem core/physics core/run core/state core/output |
   except '^core/arithmetic/elementary\.(h|cpp)$')
 libm='exp|exp2|expm1|log|log2|log10|log1p|pow|sin|cos|tan|asin|acos|atan|atan2|sinh|cosh|tanh|cbrt|hypot|erf|erfc'
 forbid 'elementary functions on the state path come from core/arithmetic/elementary.h' \
   "(?<![\\w.>:])(std::|::|__builtin_)?($libm)[fl]?\\s*\\(" "${state_path[@]}"
 forbid 'no order of a hash table on the state path' '\bunordered_(map|set|multimap|multiset)\b|\b(flat|node)_hash_' \
   "${state_path[@]}"
-kernels='^core/dem/(activity|contact_kernel|contact_search|forces|integrate|kernels|lanes|particle_kernel|quad|team)[a-z0-9_]*\.(h|cpp)$'
+kernels='^core/dem/(activity|contact_kernel|contact_search|kernels|lanes|particle_kernel|quad|team)[a-z0-9_]*\.(h|cpp)$'
 mapfile -t not_kernels < <(printf '%s\n' "${core[@]}" | except "$kernels")
 forbid 'threads only in the kernel files of core/dem' \
   '#\s*include\s+<(thread|mutex|atomic|barrier|latch|semaphore|condition_variable|future|pthread\.h|omp\.h)>|std::(jthread|thread|async)\b' \

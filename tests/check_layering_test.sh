@@ -9,14 +9,15 @@ passed=0
 # clean: a small tree that uses everything where it is allowed.
 clean() {
   rm -rf "${tree:?}"/*
-  mkdir -p "$tree"/core/{arithmetic,dem,physics,run,experiment} "$tree"/server/worker "$tree"/client "$tree"/proto
+  mkdir -p "$tree"/core/{arithmetic,dem,physics,run,experiment,folder} "$tree"/server/worker "$tree"/client "$tree"/proto
   put core/arithmetic/check.h 'std::fputs(message.c_str(), stderr);'
   put core/arithmetic/elementary.cpp 'double y = std::exp(x);'
   put core/arithmetic/random.cpp '#include <Random123/philox.h>'
-  put core/dem/forces_avx2.cpp '#include <immintrin.h>'
+  put core/dem/kernels_avx2.cpp '#include <immintrin.h>'
   put core/dem/team.h '#include <thread>'
   put core/physics/strength.cpp 'double s = elementary::exp(x) + std::sqrt(x);  // not std::exp(x), not printf(x)'
   put core/run/run.cpp '#include "core/dem/specimen.h"'
+  put core/folder/lease.cpp '#include <filesystem>' '#include "core/output/record.h"'
   put core/experiment/document.cpp '#include <toml++/toml.h>'
   put core/CMakeLists.txt 'target_compile_options(creep_core PRIVATE -ffp-contract=off)'
   put server/worker/main.cpp '#include "core/run/run.h"' '#include <thread>' 'auto now = std::chrono::steady_clock::now();'
@@ -56,6 +57,9 @@ clean
 
 plant core/run/run.cpp '#include "server/worker/lock.h"' 'core includes only core'
 plant core/run/run.cpp '#include "creep/v1/creep.pb.h"' 'core includes only core'
+plant core/folder/lease.cpp '#include "server/rules/job.h"' 'core includes only core'
+plant core/run/run.cpp '#include "core/folder/lease.h"' 'nothing in core but core/folder'
+plant core/folder/lease.cpp '#include <sqlite3.h>' 'no gRPC'
 plant server/worker/main.cpp '#include "server/service.h"' 'the worker includes only core'
 plant server/worker/main.cpp '#include "proto/service.h"' 'the worker includes only core'
 plant server/service.cpp '#include "client/chart.h"' 'the server includes only'
@@ -70,7 +74,7 @@ plant core/run/run.cpp 'auto now = std::chrono::system_clock::now();' 'core read
 plant core/run/run.cpp 'const char* wish = std::getenv("CREEP_ISA");' 'core reads no environment'
 plant core/run/run.cpp '#include <fstream>' 'core opens no file'
 plant core/physics/crack.cpp 'double v = std::pow(x, 60.0);' 'elementary functions'
-plant core/dem/forces.cpp 'double v = exp(x);' 'elementary functions'
+plant core/dem/servo.cpp 'double v = exp(x);' 'elementary functions'
 plant core/dem/specimen.h 'std::unordered_map<int, int> slots;' 'hash table'
 plant core/run/run.cpp '#include <atomic>' 'threads only in the kernel files'
 plant core/physics/contact_law.cpp '#include <immintrin.h>' 'vector instructions only'

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "client/exit_codes.h"
-#include "client/run_folder.h"
-#include "client/terminal.h"
+#include "client/local/run_folder.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/terminal.h"
 #include "core/run/run.h"
 
 namespace creepctl {

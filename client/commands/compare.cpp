@@ -8,13 +8,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "client/chart_files.h"
-#include "client/ensemble_charts.h"
-#include "client/ensemble_table.h"
-#include "client/exit_codes.h"
-#include "client/overlay.h"
-#include "client/table.h"
-#include "client/terminal.h"
+#include "client/charts/chart_files.h"
+#include "client/report/ensemble_charts.h"
+#include "client/report/ensemble_table.h"
+#include "client/report/overlay.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/table.h"
+#include "client/terminal/terminal.h"
 
 namespace creepctl {
 namespace {

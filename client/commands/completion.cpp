@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <memory>
 
-#include "client/completion_script.h"
-#include "client/exit_codes.h"
+#include "client/terminal/completion_script.h"
+#include "client/terminal/exit_codes.h"
 
 namespace creepctl {
 

@@ -3,9 +3,9 @@
 #include <cstdio>
 #include <memory>
 
-#include "client/connection.h"
-#include "client/exit_codes.h"
-#include "client/remote_job.h"
+#include "client/remote/connection.h"
+#include "client/remote/remote_job.h"
+#include "client/terminal/exit_codes.h"
 
 namespace creepctl {
 namespace {

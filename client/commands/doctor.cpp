@@ -7,11 +7,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "client/connection.h"
-#include "client/exit_codes.h"
-#include "client/message_json.h"
-#include "client/remote_job.h"
-#include "client/terminal.h"
+#include "client/remote/connection.h"
+#include "client/remote/message_json.h"
+#include "client/remote/remote_job.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/terminal.h"
 
 namespace creepctl {
 namespace {

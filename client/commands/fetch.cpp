@@ -3,12 +3,12 @@
 #include <cstdio>
 #include <memory>
 
-#include "client/artifacts.h"
-#include "client/connection.h"
-#include "client/exit_codes.h"
-#include "client/message_json.h"
-#include "client/remote_job.h"
-#include "client/terminal.h"
+#include "client/remote/artifacts.h"
+#include "client/remote/connection.h"
+#include "client/remote/message_json.h"
+#include "client/remote/remote_job.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/terminal.h"
 
 namespace creepctl {
 namespace {

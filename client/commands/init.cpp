@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "client/exit_codes.h"
-#include "client/job_template.h"
+#include "client/job_file/job_template.h"
+#include "client/terminal/exit_codes.h"
 #include "core/experiment/presets.h"
 
 namespace creepctl {

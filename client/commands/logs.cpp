@@ -6,11 +6,11 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "client/artifacts.h"
-#include "client/connection.h"
-#include "client/exit_codes.h"
-#include "client/remote_job.h"
-#include "client/terminal.h"
+#include "client/remote/artifacts.h"
+#include "client/remote/connection.h"
+#include "client/remote/remote_job.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/terminal.h"
 
 namespace creepctl {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "client/change_jobs.h"
+#include "client/remote/change_jobs.h"
 
 namespace creepctl {
 namespace {

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "client/chart_files.h"
-#include "client/ensemble_charts.h"
-#include "client/exit_codes.h"
-#include "client/result_charts.h"
-#include "client/terminal.h"
+#include "client/charts/chart_files.h"
+#include "client/report/ensemble_charts.h"
+#include "client/report/result_charts.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/terminal.h"
 
 namespace creepctl {
 namespace {

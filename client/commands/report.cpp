@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "client/ensemble_page.h"
-#include "client/ensemble_table.h"
-#include "client/exit_codes.h"
-#include "client/report_page.h"
-#include "client/terminal.h"
+#include "client/report/ensemble_page.h"
+#include "client/report/ensemble_table.h"
+#include "client/report/report_page.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/terminal.h"
 
 namespace creepctl {
 namespace {

@@ -11,15 +11,15 @@
 #include <string>
 #include <thread>
 
-#include "client/exit_codes.h"
-#include "client/job_file.h"
-#include "client/progress_display.h"
-#include "client/run_end.h"
-#include "client/run_folder.h"
-#include "client/run_progress.h"
-#include "client/start_checkpoint.h"
-#include "client/terminal.h"
-#include "client/worker_process.h"
+#include "client/job_file/job_file.h"
+#include "client/local/run_end.h"
+#include "client/local/run_folder.h"
+#include "client/local/start_checkpoint.h"
+#include "client/local/worker_process.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/progress_display.h"
+#include "client/terminal/run_progress.h"
+#include "client/terminal/terminal.h"
 
 namespace creepctl {
 namespace {

@@ -7,15 +7,15 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "client/artifacts.h"
-#include "client/connection.h"
-#include "client/exit_codes.h"
-#include "client/job_file.h"
-#include "client/local_sweep.h"
-#include "client/remote_job.h"
-#include "client/remote_sweep.h"
-#include "client/sweep_plan.h"
-#include "client/terminal.h"
+#include "client/job_file/job_file.h"
+#include "client/remote/artifacts.h"
+#include "client/remote/connection.h"
+#include "client/remote/remote_job.h"
+#include "client/sweep/local_sweep.h"
+#include "client/sweep/remote_sweep.h"
+#include "client/sweep/sweep_plan.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/terminal.h"
 
 namespace creepctl {
 namespace {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "client/exit_codes.h"
-#include "client/job_file.h"
+#include "client/job_file/job_file.h"
+#include "client/terminal/exit_codes.h"
 #include "core/experiment/numerics_text.h"
 #include "core/experiment/stage_text.h"
 #include "core/experiment/units.h"

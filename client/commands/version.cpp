@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "client/exit_codes.h"
+#include "client/terminal/exit_codes.h"
 
 namespace creepctl {
 

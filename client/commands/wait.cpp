@@ -3,11 +3,11 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
-#include "client/connection.h"
-#include "client/exit_codes.h"
-#include "client/follow.h"
-#include "client/remote_job.h"
-#include "client/terminal.h"
+#include "client/remote/connection.h"
+#include "client/remote/follow.h"
+#include "client/remote/remote_job.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/terminal.h"
 #include "core/experiment/units.h"
 
 namespace creepctl {

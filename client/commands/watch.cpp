@@ -7,13 +7,13 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
-#include "client/connection.h"
-#include "client/exit_codes.h"
-#include "client/follow.h"
-#include "client/message_json.h"
-#include "client/progress_display.h"
-#include "client/remote_job.h"
-#include "client/terminal.h"
+#include "client/remote/connection.h"
+#include "client/remote/follow.h"
+#include "client/remote/message_json.h"
+#include "client/remote/remote_job.h"
+#include "client/terminal/exit_codes.h"
+#include "client/terminal/progress_display.h"
+#include "client/terminal/terminal.h"
 #include "core/experiment/experiment_toml.h"
 
 namespace creepctl {

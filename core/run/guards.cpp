@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/dem/measures.h"
-#include "core/run/samples.h"
+#include "core/output/samples.h"
 #include "core/run/stage_control.h"
 
 namespace creep {

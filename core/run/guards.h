@@ -9,7 +9,7 @@
 #include "core/dem/specimen.h"
 #include "core/experiment/experiment.h"
 #include "core/run/run.h"
-#include "core/run/state.h"
+#include "core/state/state.h"
 
 namespace creep {
 

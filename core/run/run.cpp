@@ -13,13 +13,13 @@
 #include "core/dem/particle_birth.h"
 #include "core/dem/splitter.h"
 #include "core/experiment/stage_text.h"
+#include "core/output/samples.h"
+#include "core/output/snapshot.h"
 #include "core/run/ageing.h"
 #include "core/run/guards.h"
-#include "core/run/instruction_set.h"
-#include "core/run/samples.h"
-#include "core/run/snapshot.h"
+#include "core/run/self_test.h"
 #include "core/run/stage_control.h"
-#include "core/run/state.h"
+#include "core/state/state.h"
 
 namespace creep {
 namespace {

@@ -18,7 +18,7 @@
 #include "absl/status/statusor.h"
 #include "core/dem/activity.h"
 #include "core/experiment/experiment.h"
-#include "core/run/record.h"
+#include "core/output/record.h"
 
 namespace creep {
 

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "core/dem/dynamics.h"
-#include "core/run/instruction_set.h"
 #include "core/run/run.h"
+#include "core/run/self_test.h"
 #include "core/run/stage_control.h"
-#include "core/run/state.h"
+#include "core/state/state.h"
 
 namespace creep {
 

@@ -4,8 +4,8 @@
 #include "core/dem/measures.h"
 #include "core/dem/packing.h"
 #include "core/dem/particle_birth.h"
+#include "core/output/samples.h"
 #include "core/run/run_impl.h"
-#include "core/run/samples.h"
 
 namespace creep {
 namespace {

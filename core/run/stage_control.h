@@ -4,7 +4,7 @@
 #include "core/dem/servo.h"
 #include "core/dem/specimen.h"
 #include "core/experiment/experiment.h"
-#include "core/run/state.h"
+#include "core/state/state.h"
 
 namespace creep {
 

@@ -9,8 +9,8 @@
 #include <grpcpp/grpcpp.h>
 
 #include "server/api/convert.h"
-#include "server/jobs.h"
-#include "server/refusal.h"
+#include "server/jobs/jobs.h"
+#include "server/rules/refusal.h"
 
 namespace creepd {
 

@@ -10,7 +10,7 @@
 #include "core/arithmetic/check.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
-#include "server/refusal.h"
+#include "server/rules/refusal.h"
 
 namespace creepd {
 namespace {

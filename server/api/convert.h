@@ -4,11 +4,11 @@
 #include <string>
 
 #include "absl/status/status.h"
-#include "core/run/record.h"
+#include "core/output/record.h"
 #include "creep/v1/creep.pb.h"
-#include "server/job.h"
-#include "server/job_files.h"
-#include "server/job_plan.h"
+#include "server/folders/job_files.h"
+#include "server/jobs/job_plan.h"
+#include "server/rules/job.h"
 
 namespace creepd {
 

@@ -10,8 +10,8 @@
 #include "absl/strings/str_cat.h"
 #include "core/arithmetic/digest.h"
 #include "server/api/convert.h"
-#include "server/job_plan.h"
-#include "server/refusal.h"
+#include "server/jobs/job_plan.h"
+#include "server/rules/refusal.h"
 
 namespace creepd {
 namespace {

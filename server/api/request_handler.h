@@ -4,9 +4,9 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "creep/v1/creep.pb.h"
-#include "server/job_store.h"
-#include "server/jobs.h"
-#include "server/sample_index.h"
+#include "server/folders/sample_index.h"
+#include "server/jobs/jobs.h"
+#include "server/store/job_store.h"
 
 namespace creepd {
 

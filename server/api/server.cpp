@@ -24,12 +24,12 @@
 #include <grpcpp/security/server_credentials.h>
 
 #include "absl/strings/str_cat.h"
+#include "core/folder/durable_file.h"
+#include "core/folder/file_descriptor.h"
 #include "server/api/answer.h"
 #include "server/api/service.h"
-#include "server/daemon_log.h"
-#include "server/spec_check.h"
-#include "server/worker/durable_file.h"
-#include "server/worker/file_descriptor.h"
+#include "server/host/daemon_log.h"
+#include "server/jobs/spec_check.h"
 
 namespace creepd {
 namespace {
@@ -82,11 +82,11 @@ absl::StatusOr<sockaddr_un> address_of(const std::filesystem::path& path) {
 }
 
 /// Listens, in the place of a socket that a killed daemon left behind.
-absl::StatusOr<FileDescriptor> listen_on(const std::filesystem::path& path, bool for_others) {
+absl::StatusOr<creep::FileDescriptor> listen_on(const std::filesystem::path& path, bool for_others) {
   const auto address = address_of(path);
   if (!address.ok()) return address.status();
   const auto* const where = reinterpret_cast<const sockaddr*>(&*address);
-  const FileDescriptor probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  const creep::FileDescriptor probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   if (::connect(probe.get(), where, sizeof *address) == 0) {
     return absl::AlreadyExistsError(absl::StrCat("another daemon listens on ", path.string()));
   }
@@ -96,19 +96,19 @@ absl::StatusOr<FileDescriptor> listen_on(const std::filesystem::path& path, bool
       return absl::AlreadyExistsError(absl::StrCat(path.string(), " is no socket"));
     ::unlink(path.c_str());
   }
-  FileDescriptor listener(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  creep::FileDescriptor listener(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const mode_t before = ::umask(for_others ? 0111 : 0177);
   const int bound = ::bind(listener.get(), where, sizeof *address);
   ::umask(before);
   if (bound != 0 || ::listen(listener.get(), 128) != 0)
-    return errno_status(absl::StrCat("listen on ", path.string()), errno);
+    return creep::errno_status(absl::StrCat("listen on ", path.string()), errno);
   return listener;
 }
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> tls_credentials(const TlsOptions& tls) {
-  const auto certificate = read_file(tls.certificate, 1 << 20);
-  const auto key = read_file(tls.key, 1 << 20);
-  const auto client_ca = read_file(tls.client_ca, 1 << 20);
+  const auto certificate = creep::read_file(tls.certificate, 1 << 20);
+  const auto key = creep::read_file(tls.key, 1 << 20);
+  const auto client_ca = creep::read_file(tls.client_ca, 1 << 20);
   for (const auto* file : {&certificate, &key, &client_ca}) {
     if (!file->ok()) return absl::InvalidArgumentError(std::string(file->status().message()));
   }
@@ -180,7 +180,7 @@ struct Server::Impl {
     }
     server->GetHealthCheckService()->SetServingStatus("creep.v1.CreepService", true);
     store.on_change([this](const std::string& job) { hub.changed(job); });
-    end = FileDescriptor(::eventfd(0, EFD_CLOEXEC));
+    end = creep::FileDescriptor(::eventfd(0, EFD_CLOEXEC));
     accepting = std::thread([this] { accept_connections(); });
     return absl::OkStatus();
   }
@@ -190,7 +190,8 @@ struct Server::Impl {
       pollfd news[] = {{listener.get(), POLLIN, 0}, {end.get(), POLLIN, 0}};
       ::poll(news, 2, -1);
       if (news[1].revents != 0) return;
-      FileDescriptor connection(::accept4(listener.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+      creep::FileDescriptor connection(
+          ::accept4(listener.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
       if (!connection.open()) {
         if (errno == EMFILE || errno == ENFILE) ::poll(nullptr, 0, 100);  // until somebody hangs up
         continue;
@@ -232,8 +233,8 @@ struct Server::Impl {
   CreepService service;
   std::chrono::system_clock::time_point started = std::chrono::system_clock::now();
   std::map<uid_t, std::unique_ptr<Acceptor>> acceptors;
-  FileDescriptor listener;
-  FileDescriptor end;
+  creep::FileDescriptor listener;
+  creep::FileDescriptor end;
   std::unique_ptr<grpc::Server> server;
   std::thread accepting;
 };

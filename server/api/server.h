@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "server/job_store.h"
-#include "server/jobs.h"
-#include "server/sample_index.h"
+#include "server/folders/sample_index.h"
+#include "server/jobs/jobs.h"
+#include "server/store/job_store.h"
 
 namespace creepd {
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/folder/durable_file.h"
 #include "server/api/answer.h"
-#include "server/worker/durable_file.h"
 
 namespace creepd {
 namespace {
@@ -56,7 +56,7 @@ class FetchStream final : public grpc::ServerWriteReactor<v1::ArtifactChunk> {
     std::string& data = *chunk_.mutable_data();
     data.resize(std::min<std::uint64_t>(kChunk, open_.artifact.size - offset_));
     const ssize_t got = ::pread(open_.file.get(), data.data(), data.size(), static_cast<off_t>(offset_));
-    if (got < 0) return fail(errno_status("read " + open_.artifact.name, errno));
+    if (got < 0) return fail(creep::errno_status("read " + open_.artifact.name, errno));
     if (got == 0 && !data.empty()) return fail(absl::DataLossError(open_.artifact.name + " became shorter"));
     data.resize(static_cast<std::size_t>(got));
     chunk_.set_offset(offset_);

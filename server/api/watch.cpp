@@ -4,7 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/api/answer.h"
-#include "server/event_feed.h"
+#include "server/rules/event_feed.h"
 
 namespace creepd {
 

@@ -10,7 +10,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "server/worker/ending.h"
+#include "core/folder/ending.h"
 #include "server/worker/worker.h"
 
 namespace {
@@ -62,14 +62,14 @@ int main(int argument_count, char** arguments) {
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? creepd::kDone : creepd::kUsage;
+    return app.exit(error) == 0 ? creep::kDone : creep::kUsage;
   }
   options.directory = directory;
   report_instead_of_dying();
   auto stop = creepd::StopRequest::listen(parent_pipe);
   if (!stop.ok()) {
     std::fprintf(stderr, "creep-worker: %s\n", std::string(stop.status().message()).c_str());
-    return creepd::kUsage;
+    return creep::kUsage;
   }
   return creepd::work(options, *stop);
 }

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string>
 
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 
 namespace creepd {
 namespace {
@@ -52,7 +52,7 @@ absl::Status Profile::write(const std::filesystem::path& path) {
                   all > 0 ? static_cast<double>(seen_[k]) / static_cast<double>(all) : 0.0);
     text += line;
   }
-  return replace_file(path, text);
+  return creep::replace_file(path, text);
 }
 
 }  // namespace creepd

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 
 namespace creepd {
 namespace {
@@ -32,10 +32,10 @@ void ProgressFile::worked(double particle_steps, double wall_seconds) {
 bool ProgressFile::due() const { return written_ == Clock::time_point{} || seconds_since(written_) >= 1.0; }
 
 absl::Status ProgressFile::offer(const State& state) {
-  return due() ? replace_file(path_, text_of(state)) : absl::OkStatus();
+  return due() ? creep::replace_file(path_, text_of(state)) : absl::OkStatus();
 }
 
-absl::Status ProgressFile::write(const State& state) { return write_durably(path_, text_of(state)); }
+absl::Status ProgressFile::write(const State& state) { return creep::write_durably(path_, text_of(state)); }
 
 std::string ProgressFile::text_of(const State& state) {
   const auto figure = [&](const char* column) -> nlohmann::ordered_json {

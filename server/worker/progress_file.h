@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/run/record.h"
+#include "core/output/record.h"
 #include "core/run/run.h"
 #include "server/worker/stage_timings.h"
 

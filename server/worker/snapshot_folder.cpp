@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/experiment/wording.h"
-#include "core/run/snapshot.h"
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
+#include "core/output/snapshot.h"
 
 namespace creepd {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view kKinds[] = {"particles", "contacts"};
 
 absl::Status failed(std::string_view what, const std::filesystem::path& path, const std::error_code& error) {
-  return errno_status(absl::StrCat(std::string(what), " ", path.string()), error.value());
+  return creep::errno_status(absl::StrCat(std::string(what), " ", path.string()), error.value());
 }
 
 absl::Status remove_file(const std::filesystem::path& path) {
@@ -31,7 +31,7 @@ absl::Status make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directory(folder, error);
   if (error) return failed("make", folder, error);
-  return sync_directory(folder.parent_path());
+  return creep::sync_directory(folder.parent_path());
 }
 
 }  // namespace
@@ -47,7 +47,7 @@ absl::StatusOr<SnapshotFolder> SnapshotFolder::open(const std::filesystem::path&
       if (auto removed = remove_file(path); !removed.ok()) return removed;
     }
     if (path.extension() != ".vtp") continue;
-    const auto bytes = read_file(path);
+    const auto bytes = creep::read_file(path);
     if (!bytes.ok()) return bytes.status();
     const auto head = creep::read_snapshot_head(*bytes);
     if (head.ok()) opened.heads_[path.filename().string()] = *head;  // others are not ours
@@ -60,7 +60,8 @@ absl::Status SnapshotFolder::write(std::span<const creep::Snapshot> snapshots) {
   if (snapshots.empty()) return absl::OkStatus();
   if (auto made = make_folder(folder_); !made.ok()) return made;
   for (const creep::Snapshot& snapshot : snapshots) {
-    if (auto written = write_durably(folder_ / snapshot.name, snapshot.bytes); !written.ok()) return written;
+    if (auto written = creep::write_durably(folder_ / snapshot.name, snapshot.bytes); !written.ok())
+      return written;
     heads_[snapshot.name] = snapshot.head;
   }
   return write_collections();
@@ -96,7 +97,7 @@ absl::Status SnapshotFolder::write_collections() const {
     }
     text += "</Collection>\n</VTKFile>\n";
     const auto path = folder_ / absl::StrCat(std::string(kind), ".pvd");
-    if (auto written = write_durably(path, text); !written.ok()) return written;
+    if (auto written = creep::write_durably(path, text); !written.ok()) return written;
   }
   return absl::OkStatus();
 }

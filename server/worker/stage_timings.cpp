@@ -4,13 +4,13 @@
 #include <sstream>
 #include <string>
 
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 
 namespace creepd {
 
 absl::StatusOr<StageTimings> StageTimings::open(const std::filesystem::path& path) {
   StageTimings timings(path);
-  const auto text = read_file(path);
+  const auto text = creep::read_file(path);
   if (absl::IsNotFound(text.status())) return timings;
   if (!text.ok()) return text.status();
   std::istringstream lines(*text);
@@ -58,7 +58,7 @@ absl::Status StageTimings::write() const {
                   static_cast<long long>(cost.rebuilds), cost.wall_seconds, cost.particle_steps);
     text += line;
   }
-  return write_durably(path_, text);
+  return creep::write_durably(path_, text);
 }
 
 }  // namespace creepd

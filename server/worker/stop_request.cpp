@@ -9,7 +9,7 @@
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 
 namespace creepd {
 
@@ -20,12 +20,12 @@ absl::StatusOr<StopRequest> StopRequest::listen(std::optional<int> parent_pipe) 
   ::sigaddset(&asked, SIGINT);
   struct sigaction hangup {};
   if (::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN) ::sigaddset(&asked, SIGHUP);
-  if (::pthread_sigmask(SIG_BLOCK, &asked, nullptr) != 0) return errno_status("block signals", errno);
-  FileDescriptor signals(::signalfd(-1, &asked, SFD_NONBLOCK | SFD_CLOEXEC));
-  if (!signals.open()) return errno_status("signalfd", errno);
-  FileDescriptor parent(parent_pipe.value_or(-1));
+  if (::pthread_sigmask(SIG_BLOCK, &asked, nullptr) != 0) return creep::errno_status("block signals", errno);
+  creep::FileDescriptor signals(::signalfd(-1, &asked, SFD_NONBLOCK | SFD_CLOEXEC));
+  if (!signals.open()) return creep::errno_status("signalfd", errno);
+  creep::FileDescriptor parent(parent_pipe.value_or(-1));
   if (parent_pipe && ::fcntl(*parent_pipe, F_SETFL, O_NONBLOCK) != 0)
-    return errno_status("--parent-pipe", errno);
+    return creep::errno_status("--parent-pipe", errno);
   return StopRequest(std::move(signals), std::move(parent));
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "server/worker/file_descriptor.h"
+#include "core/folder/file_descriptor.h"
 
 namespace creepd {
 
@@ -21,12 +21,12 @@ class StopRequest {
   std::optional<std::string> poll();
 
  private:
-  StopRequest(FileDescriptor signals, FileDescriptor parent)
+  StopRequest(creep::FileDescriptor signals, creep::FileDescriptor parent)
       : signals_(std::move(signals)), parent_(std::move(parent)) {}
 
-  FileDescriptor signals_;
-  FileDescriptor parent_;  ///< not open without a parent
-  std::string request_;    ///< empty until someone has asked
+  creep::FileDescriptor signals_;
+  creep::FileDescriptor parent_;  ///< not open without a parent
+  std::string request_;           ///< empty until someone has asked
 };
 
 }  // namespace creepd

@@ -3,12 +3,12 @@
 #include <nlohmann/json.hpp>
 
 #include "core/experiment/numerics_text.h"
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 
 namespace creepd {
 
-absl::Status write_summary(const std::filesystem::path& path, const creep::Run& run, const Ending& ending,
-                           const SummaryFacts& facts) {
+absl::Status write_summary(const std::filesystem::path& path, const creep::Run& run,
+                           const creep::Ending& ending, const SummaryFacts& facts) {
   nlohmann::ordered_json figures = nlohmann::ordered_json::object();
   for (const creep::SummaryFigure& figure : run.summary()) figures[figure.name] = figure.value;
   nlohmann::ordered_json numerics = nlohmann::ordered_json::object();
@@ -33,7 +33,8 @@ absl::Status write_summary(const std::filesystem::path& path, const creep::Run& 
       {"threads", facts.threads},
       {"instruction_set", facts.instruction_set},
       {"versions", {{"creep_worker", CREEP_VERSION}, {"compiler", "g++ " __VERSION__}}}};
-  return write_durably(path, summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  return creep::write_durably(path,
+                              summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace creepd

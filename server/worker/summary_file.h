@@ -6,8 +6,8 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "core/folder/ending.h"
 #include "core/run/run.h"
-#include "server/worker/ending.h"
 #include "server/worker/stage_timings.h"
 
 namespace creepd {
@@ -22,7 +22,7 @@ struct SummaryFacts {
 };
 
 /// Durable. Figures and state_digest depend on the experiment alone; cost, attempts and versions do not.
-absl::Status write_summary(const std::filesystem::path& path, const creep::Run& run, const Ending& ending,
-                           const SummaryFacts& facts);
+absl::Status write_summary(const std::filesystem::path& path, const creep::Run& run,
+                           const creep::Ending& ending, const SummaryFacts& facts);
 
 }  // namespace creepd

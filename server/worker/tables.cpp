@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "absl/strings/str_cat.h"
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 
 namespace creepd {
 
@@ -25,7 +25,7 @@ std::string table_name(creep::RecordKind kind) {
   return "";
 }
 
-absl::StatusOr<Tables> Tables::render(const std::filesystem::path& directory, const SampleLog& log,
+absl::StatusOr<Tables> Tables::render(const std::filesystem::path& directory, const creep::SampleLog& log,
                                       const StageTimings& timings) {
   Tables tables;
   tables.directory_ = directory;
@@ -41,8 +41,8 @@ absl::StatusOr<Tables> Tables::render(const std::filesystem::path& directory, co
   }
   for (const auto& [kind, text] : texts) {
     const auto path = directory / table_name(kind);
-    if (auto written = replace_file(path, text); !written.ok()) return written;
-    auto file = open_file(path, O_WRONLY | O_APPEND);
+    if (auto written = creep::replace_file(path, text); !written.ok()) return written;
+    auto file = creep::open_file(path, O_WRONLY | O_APPEND);
     if (!file.ok()) return file.status();
     tables.files_[kind] = *std::move(file);
   }
@@ -53,7 +53,8 @@ absl::Status Tables::append(std::span<const creep::Record> records, const StageT
   Texts texts;
   for (const creep::Record& record : records) render_row(record, timings, texts);
   for (const auto& [kind, text] : texts) {
-    if (auto written = write_all(files_.at(kind).get(), text, directory_ / table_name(kind)); !written.ok()) {
+    if (auto written = creep::write_all(files_.at(kind).get(), text, directory_ / table_name(kind));
+        !written.ok()) {
       return written;
     }
   }
@@ -63,7 +64,7 @@ absl::Status Tables::append(std::span<const creep::Record> records, const StageT
 absl::Status Tables::sync() const {
   for (const auto& [kind, file] : files_) {
     if (::fsync(file.get()) != 0) {
-      return errno_status(absl::StrCat("fsync ", (directory_ / table_name(kind)).string()), errno);
+      return creep::errno_status(absl::StrCat("fsync ", (directory_ / table_name(kind)).string()), errno);
     }
   }
   return absl::OkStatus();

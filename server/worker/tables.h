@@ -14,9 +14,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/run/record.h"
-#include "server/worker/file_descriptor.h"
-#include "server/worker/sample_log.h"
+#include "core/folder/file_descriptor.h"
+#include "core/folder/sample_log.h"
+#include "core/output/record.h"
 #include "server/worker/stage_timings.h"
 
 namespace creepd {
@@ -27,7 +27,7 @@ std::string table_name(creep::RecordKind kind);
 class Tables {
  public:
   /// Writes all tables of a job directory from the log.
-  static absl::StatusOr<Tables> render(const std::filesystem::path& directory, const SampleLog& log,
+  static absl::StatusOr<Tables> render(const std::filesystem::path& directory, const creep::SampleLog& log,
                                        const StageTimings& timings);
 
   /// Adds the rows of records that are new in the log.
@@ -44,7 +44,7 @@ class Tables {
   void render_row(const creep::Record& record, const StageTimings& timings, Texts& texts);
 
   std::filesystem::path directory_;
-  std::map<creep::RecordKind, FileDescriptor> files_;
+  std::map<creep::RecordKind, creep::FileDescriptor> files_;
   std::int64_t stage_rows_ = 0;
 };
 

@@ -11,16 +11,16 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "core/experiment/experiment_toml.h"
+#include "core/folder/checkpoint_store.h"
+#include "core/folder/durable_file.h"
+#include "core/folder/ending.h"
+#include "core/folder/job_directory.h"
+#include "core/folder/lease.h"
+#include "core/folder/sample_log.h"
 #include "core/run/run.h"
-#include "server/worker/checkpoint_store.h"
-#include "server/worker/durable_file.h"
-#include "server/worker/ending.h"
-#include "server/worker/job_directory.h"
-#include "server/worker/lease.h"
 #include "server/worker/pace.h"
 #include "server/worker/profile.h"
 #include "server/worker/progress_file.h"
-#include "server/worker/sample_log.h"
 #include "server/worker/snapshot_folder.h"
 #include "server/worker/stage_timings.h"
 #include "server/worker/summary_file.h"
@@ -38,22 +38,22 @@ double seconds_since(Clock::time_point start) {
 
 /// Everything an attempt writes to.
 struct Output {
-  JobDirectory files;
+  creep::JobDirectory files;
   std::int64_t attempt;
   WorkerLog& log;
-  SampleLog samples;
-  CheckpointStore checkpoints;
+  creep::SampleLog samples;
+  creep::CheckpointStore checkpoints;
   SnapshotFolder snapshots;
   StageTimings timings;
   Tables tables;
   ProgressFile progress;
 };
 
-absl::StatusOr<Output> open_output(const JobDirectory& files, std::int64_t attempt, WorkerLog& log) {
+absl::StatusOr<Output> open_output(const creep::JobDirectory& files, std::int64_t attempt, WorkerLog& log) {
   // First, since it refuses what a newer program has made: then nothing else is touched.
-  auto checkpoints = CheckpointStore::open(files.checkpoints(), &creep::read_checkpoint_info);
+  auto checkpoints = creep::CheckpointStore::open(files.checkpoints(), &creep::read_checkpoint_info);
   if (!checkpoints.ok()) return checkpoints.status();
-  auto samples = SampleLog::open(files.sample_log());
+  auto samples = creep::SampleLog::open(files.sample_log());
   if (!samples.ok()) return samples.status();
   if (!samples->repair().empty()) log.line(samples->repair());
   auto snapshots = SnapshotFolder::open(files.snapshots());
@@ -73,8 +73,8 @@ absl::StatusOr<Output> open_output(const JobDirectory& files, std::int64_t attem
                 ProgressFile(files.progress(), attempt)};
 }
 
-absl::StatusOr<creep::Experiment> read_experiment(const JobDirectory& files) {
-  const auto text = read_file(files.job_file(), 1 << 20);
+absl::StatusOr<creep::Experiment> read_experiment(const creep::JobDirectory& files) {
+  const auto text = creep::read_file(files.job_file(), 1 << 20);
   if (absl::IsNotFound(text.status())) return absl::InvalidArgumentError(text.status().message());
   if (!text.ok()) return text.status();
   creep::ParseResult parsed = creep::parse_experiment(*text);
@@ -88,9 +88,9 @@ absl::StatusOr<creep::Experiment> read_experiment(const JobDirectory& files) {
 
 absl::StatusOr<std::unique_ptr<creep::Run>> start_run(const creep::Experiment& experiment,
                                                       const creep::RunOptions& options,
-                                                      const JobDirectory& files) {
+                                                      const creep::JobDirectory& files) {
   if (!experiment.start) return creep::Run::start(experiment, options);
-  const auto bytes = read_file(files.start_checkpoint());
+  const auto bytes = creep::read_file(files.start_checkpoint());
   if (absl::IsNotFound(bytes.status())) {
     return absl::InvalidArgumentError(
         "job.toml has [start], but checkpoints/start, the checkpoint to start from, is not there");
@@ -145,7 +145,7 @@ class Attempt {
         facts_(std::move(facts)),
         mark_(profile != nullptr ? profile->mark() : nullptr) {}
 
-  absl::StatusOr<Ending> carry_out() {
+  absl::StatusOr<creep::Ending> carry_out() {
     if (auto counted = count_stage_rows(); !counted.ok()) return counted;
     for (;;) {
       auto batch = advance();
@@ -157,7 +157,7 @@ class Attempt {
       }
       if (request) {
         if (auto told = output_.progress.write(state("checkpointed")); !told.ok()) return told;
-        return Ending{kCheckpointed, "checkpointed", absl::StrCat("stopped by ", *request), ""};
+        return creep::Ending{creep::kCheckpointed, "checkpointed", absl::StrCat("stopped by ", *request), ""};
       }
       if (!output_.progress.due()) continue;
       if (auto told = output_.progress.offer(state("running")); !told.ok()) return told;
@@ -238,8 +238,8 @@ class Attempt {
 
   /// No checkpoint of the very end: the run cannot be advanced from there. The one before stays for a look or
   /// a fork.
-  absl::StatusOr<Ending> finish(const creep::Outcome& outcome) {
-    const Ending ending = ending_of(outcome);
+  absl::StatusOr<creep::Ending> finish(const creep::Outcome& outcome) {
+    const creep::Ending ending = creep::ending_of(outcome);
     if (auto synced = output_.samples.sync(); !synced.ok()) return synced;
     // Nobody renders the tables again once the job is done.
     if (auto synced = output_.tables.sync(); !synced.ok()) return synced;
@@ -274,8 +274,9 @@ class Attempt {
   Clock::time_point last_checkpoint_ = Clock::now();
 };
 
-absl::StatusOr<Ending> carry_out(const WorkerOptions& options, StopRequest& stop, const JobDirectory& files,
-                                 std::int64_t attempt, WorkerLog& log) {
+absl::StatusOr<creep::Ending> carry_out(const WorkerOptions& options, StopRequest& stop,
+                                        const creep::JobDirectory& files, std::int64_t attempt,
+                                        WorkerLog& log) {
   const auto experiment = read_experiment(files);
   if (!experiment.ok()) return experiment.status();
   const auto instruction_set = creep::choose_instruction_set(options.instruction_set);
@@ -306,13 +307,13 @@ absl::StatusOr<Ending> carry_out(const WorkerOptions& options, StopRequest& stop
   return ending.ok() && !written.ok() ? written : ending;
 }
 
-Ending see_through(const WorkerOptions& options, StopRequest& stop, const JobDirectory& files,
-                   std::int64_t attempt, WorkerLog& log) {
+creep::Ending see_through(const WorkerOptions& options, StopRequest& stop, const creep::JobDirectory& files,
+                          std::int64_t attempt, WorkerLog& log) {
   try {
     const auto carried_out = carry_out(options, stop, files, attempt, log);
-    return carried_out.ok() ? *carried_out : ending_of(carried_out.status());
+    return carried_out.ok() ? *carried_out : creep::ending_of(carried_out.status());
   } catch (const std::bad_alloc&) {
-    return {kOutOfMemory, "crash", "out of memory",
+    return {creep::kOutOfMemory, "crash", "out of memory",
             "Give the job more memory: it continues from its last checkpoint."};
   }
 }
@@ -320,35 +321,36 @@ Ending see_through(const WorkerOptions& options, StopRequest& stop, const JobDir
 }  // namespace
 
 int work(const WorkerOptions& options, StopRequest& stop) {
-  const JobDirectory files(options.directory);
-  const auto lease = Lease::take(files.lease(), options.attempt);
+  const creep::JobDirectory files(options.directory);
+  const auto lease = creep::Lease::take(files.lease(), options.attempt);
   if (!lease.ok()) {
     std::fprintf(stderr, "creep-worker: %s\n", std::string(lease.status().message()).c_str());
-    if (absl::IsUnavailable(lease.status())) return kLeaseHeld;
-    return ending_of(lease.status()).exit_code;
+    if (absl::IsUnavailable(lease.status())) return creep::kLeaseHeld;
+    return creep::ending_of(lease.status()).exit_code;
   }
   auto log = WorkerLog::open(files.worker_log(), lease->attempt());
   if (!log.ok()) {
     std::fprintf(stderr, "creep-worker: %s\n", std::string(log.status().message()).c_str());
-    return kIoError;
+    return creep::kIoError;
   }
-  const auto before = read_verdict(files.verdict());
-  if (before && before->exit_code == kDone) {
+  const auto before = creep::read_verdict(files.verdict());
+  if (before && before->exit_code == creep::kDone) {
     log->line("nothing to do: the job is done");
     // Of this attempt now: whoever started it has not heard of the one that did the job.
-    const auto told = write_verdict(files.verdict(), *before, lease->attempt());
-    return told.ok() ? kDone : kIoError;
+    const auto told = creep::write_verdict(files.verdict(), *before, lease->attempt());
+    return told.ok() ? creep::kDone : creep::kIoError;
   }
   std::error_code ignored;  // a verdict that cannot be removed is overwritten at the end
   std::filesystem::remove(files.verdict(), ignored);
 
-  Ending ending = see_through(options, stop, files, lease->attempt(), *log);
-  const auto told = write_verdict(files.verdict(), ending, lease->attempt());
-  if (!told.ok() && ending.exit_code == kDone) ending = ending_of(told);
+  creep::Ending ending = see_through(options, stop, files, lease->attempt(), *log);
+  const auto told = creep::write_verdict(files.verdict(), ending, lease->attempt());
+  if (!told.ok() && ending.exit_code == creep::kDone) ending = creep::ending_of(told);
   const std::string line =
       absl::StrCat("ended ", ending.exit_code, " (", ending.outcome, "): ", ending.reason,
                    ending.advice.empty() ? "" : ". ", ending.advice);
-  ending.exit_code == kDone || ending.exit_code == kCheckpointed ? log->line(line) : log->trouble(line);
+  ending.exit_code == creep::kDone || ending.exit_code == creep::kCheckpointed ? log->line(line)
+                                                                               : log->trouble(line);
   return ending.exit_code;
 }
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 
 namespace creepd {
 namespace {
@@ -32,7 +32,7 @@ bool same_file(int first, int second) {
 }  // namespace
 
 absl::StatusOr<WorkerLog> WorkerLog::open(const std::filesystem::path& path, std::int64_t attempt) {
-  auto file = open_file(path, O_WRONLY | O_CREAT | O_APPEND);
+  auto file = creep::open_file(path, O_WRONLY | O_CREAT | O_APPEND);
   if (!file.ok()) return file.status();
   return WorkerLog(*std::move(file), attempt);
 }

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "absl/status/statusor.h"
-#include "server/worker/file_descriptor.h"
+#include "core/folder/file_descriptor.h"
 
 namespace creepd {
 
@@ -21,9 +21,9 @@ class WorkerLog {
   void trouble(std::string_view text);
 
  private:
-  WorkerLog(FileDescriptor file, std::int64_t attempt) : file_(std::move(file)), attempt_(attempt) {}
+  WorkerLog(creep::FileDescriptor file, std::int64_t attempt) : file_(std::move(file)), attempt_(attempt) {}
 
-  FileDescriptor file_;
+  creep::FileDescriptor file_;
   std::int64_t attempt_;
 };
 

@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "core/dem/dynamics.h"
-#include "core/run/instruction_set.h"
 #include "core/run/run.h"
+#include "core/run/self_test.h"
 #include "tests/bench/packing_file.h"
 
 namespace {

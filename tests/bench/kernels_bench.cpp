@@ -11,8 +11,8 @@
 #include "core/arithmetic/check.h"
 #include "core/dem/dynamics.h"
 #include "core/run/ageing.h"
-#include "core/run/instruction_set.h"
-#include "core/run/state.h"
+#include "core/run/self_test.h"
+#include "core/state/state.h"
 #include "tests/bench/packing_file.h"
 
 namespace {

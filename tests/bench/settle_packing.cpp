@@ -10,7 +10,7 @@
 #include <cstdlib>
 
 #include "core/dem/dynamics.h"
-#include "core/run/instruction_set.h"
+#include "core/run/self_test.h"
 #include "tests/bench/packing_file.h"
 
 int main(int count, char** words) {

@@ -1,4 +1,4 @@
-#include "client/chart.h"
+#include "client/charts/chart.h"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "client/exit_codes.h"
-#include "client/overlay.h"
+#include "client/report/overlay.h"
+#include "client/terminal/exit_codes.h"
 #include "tests/client/job_folders.h"
 
 namespace creepctl {

@@ -1,4 +1,4 @@
-#include "client/completion_script.h"
+#include "client/terminal/completion_script.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "client/ensemble.h"
-#include "client/ensemble_charts.h"
-#include "client/ensemble_page.h"
-#include "client/exit_codes.h"
-#include "client/mean_curve.h"
+#include "client/report/ensemble_charts.h"
+#include "client/report/ensemble_page.h"
+#include "client/results/ensemble.h"
+#include "client/results/mean_curve.h"
+#include "client/terminal/exit_codes.h"
 #include "tests/client/job_folders.h"
 
 namespace creepctl {

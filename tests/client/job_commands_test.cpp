@@ -11,10 +11,10 @@
 #include <sstream>
 #include <string>
 
-#include "client/exit_codes.h"
-#include "client/grading_csv.h"
-#include "client/job_file.h"
-#include "client/job_template.h"
+#include "client/job_file/job_file.h"
+#include "client/job_file/job_template.h"
+#include "client/laboratory/grading_csv.h"
+#include "client/terminal/exit_codes.h"
 #include "core/experiment/presets.h"
 
 namespace creepctl {

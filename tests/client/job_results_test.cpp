@@ -1,14 +1,14 @@
-#include "client/job_results.h"
+#include "client/results/job_results.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 
-#include "client/broken_fraction.h"
-#include "client/hold.h"
-#include "client/report_page.h"
-#include "client/result_charts.h"
+#include "client/report/report_page.h"
+#include "client/report/result_charts.h"
+#include "client/results/broken_fraction.h"
+#include "client/results/hold.h"
 #include "tests/client/synthetic_job.h"
 
 namespace creepctl {

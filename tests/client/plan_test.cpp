@@ -9,8 +9,8 @@
 #include <sstream>
 #include <string>
 
-#include "client/exit_codes.h"
-#include "client/job_results.h"
+#include "client/results/job_results.h"
+#include "client/terminal/exit_codes.h"
 #include "core/experiment/experiment_toml.h"
 #include "core/experiment/fidelity.h"
 #include "core/plan/plan.h"

@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "client/artifacts.h"
-#include "client/exit_codes.h"
-#include "client/follow.h"
-#include "client/message_json.h"
-#include "client/remote_job.h"
-#include "client/run_folder.h"
+#include "client/local/run_folder.h"
+#include "client/remote/artifacts.h"
+#include "client/remote/follow.h"
+#include "client/remote/message_json.h"
+#include "client/remote/remote_job.h"
+#include "client/terminal/exit_codes.h"
 #include "tests/client/scripted_connection.h"
 
 namespace creepctl {

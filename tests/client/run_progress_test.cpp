@@ -1,4 +1,4 @@
-#include "client/run_progress.h"
+#include "client/terminal/run_progress.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/connection.h"
+#include "client/remote/connection.h"
 
 namespace creepctl {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "client/sweep_end.h"
-#include "client/sweep_plan.h"
+#include "client/sweep/sweep_end.h"
+#include "client/sweep/sweep_plan.h"
 #include "core/experiment/experiment_toml.h"
 
 namespace creepctl {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/run/record.h"
+#include "core/output/record.h"
 
 namespace creepctl {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "core/experiment/experiment_toml.h"
 #include "core/run/run.h"
-#include "core/run/state.h"
+#include "core/state/state.h"
 #include "tests/core/run_scene.h"
 
 namespace creep {

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "core/run/run.h"
-#include "core/run/state.h"
+#include "core/state/state.h"
 #include "tests/core/run_scene.h"
 
 namespace creep {

@@ -8,8 +8,8 @@
 #include "core/dem/measures.h"
 #include "core/dem/particle_birth.h"
 #include "core/dem/splitter.h"
-#include "core/run/samples.h"
-#include "core/run/state.h"
+#include "core/output/samples.h"
+#include "core/state/state.h"
 #include "tests/core/dem_scenes.h"
 
 namespace creep {

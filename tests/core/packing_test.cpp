@@ -8,7 +8,7 @@
 
 #include "core/dem/measures.h"
 #include "core/run/run.h"
-#include "core/run/state.h"
+#include "core/state/state.h"
 #include "tests/core/dem_scenes.h"
 
 namespace creep {

@@ -1,5 +1,5 @@
 // Pictures of a specimen: what stands in them, when they are taken, and that nothing disturbs their bytes.
-#include "core/run/snapshot.h"
+#include "core/output/snapshot.h"
 
 #include <gtest/gtest.h>
 

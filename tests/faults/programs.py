@@ -12,7 +12,7 @@ import time
 PATIENCE = 180.0  # s: far beyond what a case takes, on a loaded machine too
 
 TERMINAL = ("SUCCEEDED", "FAILED", "CANCELLED")
-# server/job.h, is_legal(): a job may also keep its state and change the reason.
+# server/rules/job.h, is_legal(): a job may also keep its state and change the reason.
 LEGAL = {
     "QUEUED": ("RUNNING", "PAUSED", "CANCELLED"),
     "RUNNING": ("QUEUED", "PAUSED", "SUCCEEDED", "FAILED", "CANCELLED"),

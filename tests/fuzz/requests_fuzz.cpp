@@ -17,16 +17,16 @@
 
 #include "core/arithmetic/check.h"
 #include "core/experiment/experiment_toml.h"
+#include "core/folder/durable_file.h"
+#include "core/folder/job_directory.h"
+#include "core/folder/sample_log.h"
 #include "core/run/run.h"
 #include "creep/v1/creep.pb.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "server/api/convert.h"
 #include "server/api/request_handler.h"
-#include "server/refusal.h"
-#include "server/worker/durable_file.h"
-#include "server/worker/job_directory.h"
-#include "server/worker/sample_log.h"
+#include "server/rules/refusal.h"
 #include "tests/fuzz/target.h"
 #include "tests/server/temporary_directory.h"
 
@@ -193,13 +193,13 @@ class Daemon {
     request.set_spec(kSpec);
     CREEP_CHECK(handler_->submit(kCallers[0], request, response).ok(), "the finished job is refused");
     known_.push_back(response.job().id());
-    const creepd::JobDirectory directory(jobs_->folder(known_[0]));
+    const creep::JobDirectory directory(jobs_->folder(known_[0]));
     write_log(std::string(kSamples, '\0'));
     static const std::string kCheckpoint =
         (*Run::start(*parse_experiment(kSpec).experiment, {}))->checkpoint();
     std::filesystem::create_directories(directory.checkpoints());
-    CREEP_CHECK(creepd::replace_file(directory.checkpoints() / "ck.1", kCheckpoint).ok() &&
-                    creepd::replace_file(directory.checkpoints() / "ck.2", "damaged").ok(),
+    CREEP_CHECK(creep::replace_file(directory.checkpoints() / "ck.1", kCheckpoint).ok() &&
+                    creep::replace_file(directory.checkpoints() / "ck.2", "damaged").ok(),
                 "no room for checkpoints");
     set_state(known_[0], creepd::JobState::kRunning);
     set_state(known_[0], creepd::JobState::kSucceeded);
@@ -215,7 +215,7 @@ class Daemon {
   }
 
   void write_log(std::string_view recipe) {
-    const std::filesystem::path path = creepd::JobDirectory(jobs_->folder(known_[0])).sample_log();
+    const std::filesystem::path path = creep::JobDirectory(jobs_->folder(known_[0])).sample_log();
     // In the same file, so that what the daemon knows of the old one is wrong.
     if (std::filesystem::exists(path)) std::filesystem::resize_file(path, 0);
     std::vector<Record> records;
@@ -229,7 +229,7 @@ class Daemon {
       if (kind == RecordKind::kSample) ++samples;
       if (byte < 64) latest = encode(records.back());
     }
-    auto log = creepd::SampleLog::open(path);
+    auto log = creep::SampleLog::open(path);
     CREEP_CHECK(log.ok() && log->append(records).ok(), "no room for samples");
     CREEP_CHECK(store_->tell({{known_[0], samples, latest, ""}}).ok(), "samples cannot be told");
   }

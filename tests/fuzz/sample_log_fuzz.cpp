@@ -10,17 +10,17 @@
 #include "absl/strings/str_cat.h"
 #include "core/arithmetic/check.h"
 #include "core/arithmetic/digest.h"
-#include "core/run/record.h"
-#include "server/worker/durable_file.h"
-#include "server/worker/sample_log.h"
+#include "core/folder/durable_file.h"
+#include "core/folder/sample_log.h"
+#include "core/output/record.h"
 #include "tests/fuzz/target.h"
 #include "tests/server/temporary_directory.h"
 
 namespace creep::fuzz {
 namespace {
 
-using creepd::SampleLog;
-using creepd::SampleLogReader;
+using creep::SampleLog;
+using creep::SampleLogReader;
 
 constexpr std::size_t kChecksum = 16;
 constexpr std::size_t kFrameHead = 4 + kChecksum;
@@ -113,10 +113,10 @@ void alter(Frames& frames, Random& random) {
 /// The records a reader sees, those that were superseded left out.
 std::vector<std::string> read_all(const std::filesystem::path& path) {
   std::vector<std::string> records;
-  auto reader = SampleLogReader::open(path);
+  auto reader = creep::SampleLogReader::open(path);
   CREEP_CHECK(reader.ok(), "a file that is there cannot be opened");
   for (auto next = reader->next(); next.ok() && *next; next = reader->next()) {
-    const creepd::LogFrame& one = **next;
+    const creep::LogFrame& one = **next;
     if (!one.record) {
       records.resize(std::min<std::uint64_t>(records.size(), one.superseded_from));
     } else if (one.record->sequence == records.size()) {
@@ -130,12 +130,12 @@ std::vector<std::string> read_all(const std::filesystem::path& path) {
 }
 
 std::string bytes_of(const std::filesystem::path& path) {
-  auto bytes = creepd::read_file(path);
+  auto bytes = creep::read_file(path);
   CREEP_CHECK(bytes.ok(), "a file that is there cannot be read");
   return *std::move(bytes);
 }
 
-void check_repair(std::string_view before, const std::string& after, const SampleLog& log,
+void check_repair(std::string_view before, const std::string& after, const creep::SampleLog& log,
                   const std::filesystem::path& path) {
   if (before.size() < head().size()) {
     CREEP_CHECK(after == head() && log.size() == 0, "a log torn in its head does not start over");
@@ -152,7 +152,7 @@ void check_repair(std::string_view before, const std::string& after, const Sampl
 }
 
 void check_goes_on(const std::filesystem::path& path, const std::vector<std::string>& records) {
-  auto log = SampleLog::open(path);
+  auto log = creep::SampleLog::open(path);
   CREEP_CHECK(log.ok() && log->repair().empty(), "a repaired log is repaired again");
   CREEP_CHECK(log->size() == records.size(), "reader and writer see different records");
   std::vector<Record> again;
@@ -186,9 +186,9 @@ std::vector<std::string> seeds() {
 void try_input(std::string_view bytes) {
   static const creepd::TemporaryDirectory kDirectory;
   const std::filesystem::path path = kDirectory.path() / "samples.log";
-  CREEP_CHECK(creepd::replace_file(path, bytes).ok(), "no room for the log");
+  CREEP_CHECK(creep::replace_file(path, bytes).ok(), "no room for the log");
   const std::vector<std::string> records = read_all(path);
-  auto log = SampleLog::open(path);
+  auto log = creep::SampleLog::open(path);
   if (log.ok()) {
     check_repair(bytes, bytes_of(path), *log, path);
     check_goes_on(path, records);

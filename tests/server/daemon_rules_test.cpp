@@ -4,10 +4,10 @@
 
 #include <vector>
 
-#include "server/attempt_ending.h"
-#include "server/event_feed.h"
-#include "server/job.h"
-#include "server/refusal.h"
+#include "server/rules/attempt_ending.h"
+#include "server/rules/event_feed.h"
+#include "server/rules/job.h"
+#include "server/rules/refusal.h"
 
 namespace creepd {
 namespace {
@@ -36,7 +36,7 @@ Job run_again(Job job) {
 AttemptEnd exit_with(int code, const char* outcome = "", const char* reason = "because") {
   AttemptEnd end;
   end.exit_code = code;
-  if (*outcome != '\0') end.verdict = Ending{code, outcome, reason, ""};
+  if (*outcome != '\0') end.verdict = creep::Ending{code, outcome, reason, ""};
   return end;
 }
 
@@ -87,7 +87,7 @@ TEST(AttemptEnding, EveryEndBringsALegalState) {
 
 TEST(AttemptEnding, ACreepFailureIsASuccess) {
   Job job = running_job();
-  AttemptEnd end = exit_with(kDone, "creep_failure");
+  AttemptEnd end = exit_with(creep::kDone, "creep_failure");
   end.state_digest = "d1";
   conclude(job, end, kNow);
   EXPECT_EQ(job.state, JobState::kSucceeded);
@@ -97,19 +97,20 @@ TEST(AttemptEnding, ACreepFailureIsASuccess) {
 
 TEST(AttemptEnding, AGuardStopAndARefusalAreNeverTriedAgain) {
   Job guard = running_job();
-  conclude(guard, exit_with(kRefused, "guard_stop"), kNow);
+  conclude(guard, exit_with(creep::kRefused, "guard_stop"), kNow);
   EXPECT_EQ(guard.state, JobState::kFailed);
   EXPECT_EQ(guard.reason, StateReason::kGuardStop);
   Job refused = running_job();
-  conclude(refused, exit_with(kRefused, "refused"), kNow);
+  conclude(refused, exit_with(creep::kRefused, "refused"), kNow);
   EXPECT_EQ(refused.reason, StateReason::kRefused);
   EXPECT_NE(refused.message.find("a fork of this job goes on"), std::string::npos);
   EXPECT_EQ(refused.message.find("creepctl run"), std::string::npos);
   Job inexact = running_job();
-  conclude(inexact, exit_with(kRefused, "refused", "other arithmetic; --allow-inexact continues it"), kNow);
+  conclude(inexact, exit_with(creep::kRefused, "refused", "other arithmetic; --allow-inexact continues it"),
+           kNow);
   EXPECT_NE(inexact.message.find("creepctl run DIR/job.toml --out DIR --allow-inexact"), std::string::npos);
   Job bad = running_job();
-  conclude(bad, exit_with(kBadInput, "bad_input"), kNow);
+  conclude(bad, exit_with(creep::kBadInput, "bad_input"), kNow);
   EXPECT_EQ(bad.reason, StateReason::kBadInput);
 }
 
@@ -122,7 +123,7 @@ TEST(AttemptEnding, ThreeFaultsWithoutANewCheckpointFailTheJobWithTheLog) {
   conclude(job, exit_with(3), kNow);
   EXPECT_EQ(job.state, JobState::kQueued);
   job = run_again(job);
-  AttemptEnd third = exit_with(kOutOfMemory);
+  AttemptEnd third = exit_with(creep::kOutOfMemory);
   third.log_tail = "last words";
   conclude(job, third, kNow);
   EXPECT_EQ(job.state, JobState::kFailed);
@@ -166,7 +167,7 @@ TEST(AttemptEnding, AKillForMemoryIsAFault) {
 }
 
 TEST(AttemptEnding, AStopOfTheDaemonGivesTheAttemptBack) {
-  for (AttemptEnd end : {exit_with(kCheckpointed, "checkpointed"), signalled(SIGKILL), AttemptEnd{}}) {
+  for (AttemptEnd end : {exit_with(creep::kCheckpointed, "checkpointed"), signalled(SIGKILL), AttemptEnd{}}) {
     Job job = running_job();
     end.daemon_stopped = true;
     conclude(job, end, kNow);
@@ -186,8 +187,8 @@ TEST(AttemptEnding, ACrashCountsAlsoWhileTheDaemonStops) {
 }
 
 TEST(AttemptEnding, WhatWasAskedComesAboutHoweverTheWorkerEnds) {
-  for (const AttemptEnd& end :
-       {exit_with(kCheckpointed), signalled(SIGKILL), signalled(SIGSEGV), exit_with(kIoError)}) {
+  for (const AttemptEnd& end : {exit_with(creep::kCheckpointed), signalled(SIGKILL), signalled(SIGSEGV),
+                                exit_with(creep::kIoError)}) {
     Job pause = running_job();
     pause.reason = StateReason::kPauseRequested;
     conclude(pause, end, kNow);
@@ -203,27 +204,27 @@ TEST(AttemptEnding, WhatWasAskedComesAboutHoweverTheWorkerEnds) {
 TEST(AttemptEnding, ARunThatEndedBeforeItWasStoppedHasEnded) {
   Job job = running_job();
   job.reason = StateReason::kCancelRequested;
-  conclude(job, exit_with(kDone, "completed"), kNow);
+  conclude(job, exit_with(creep::kDone, "completed"), kNow);
   EXPECT_EQ(job.state, JobState::kSucceeded);
 }
 
 TEST(AttemptEnding, AFullDiskPausesUntilThereIsRoomOtherTroubleUntilSomebodyLooks) {
   Job full = running_job();
-  conclude(full, exit_with(kIoError, "io_error", "write samples.log: No space left on device"), kNow);
+  conclude(full, exit_with(creep::kIoError, "io_error", "write samples.log: No space left on device"), kNow);
   EXPECT_EQ(full.state, JobState::kPaused);
   EXPECT_EQ(full.reason, StateReason::kDiskFull);
   Job no_verdict = running_job();
-  AttemptEnd end = exit_with(kIoError);
+  AttemptEnd end = exit_with(creep::kIoError);
   end.disk_full = true;
   conclude(no_verdict, end, kNow);
   EXPECT_EQ(no_verdict.reason, StateReason::kDiskFull);
   Job log_only = running_job();
-  AttemptEnd told_by_log = exit_with(kIoError);
+  AttemptEnd told_by_log = exit_with(creep::kIoError);
   told_by_log.log_tail = "checkpoint 1\nended 74 (io_error): write samples.csv: No space left on device\n";
   conclude(log_only, told_by_log, kNow);
   EXPECT_EQ(log_only.reason, StateReason::kDiskFull);
   Job broken = running_job();
-  conclude(broken, exit_with(kIoError, "io_error", "read ck.3: Input/output error"), kNow);
+  conclude(broken, exit_with(creep::kIoError, "io_error", "read ck.3: Input/output error"), kNow);
   EXPECT_EQ(broken.reason, StateReason::kIoError);
 }
 

@@ -1,5 +1,5 @@
 // The database and what callers may do with jobs, on real files.
-#include "server/job_store.h"
+#include "server/store/job_store.h"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 #include <memory>
 #include <thread>
 
-#include "server/job_files.h"
-#include "server/jobs.h"
-#include "server/refusal.h"
-#include "server/spec_check.h"
-#include "server/worker/durable_file.h"
-#include "server/worker/sample_log.h"
+#include "core/folder/durable_file.h"
+#include "core/folder/sample_log.h"
+#include "server/folders/job_files.h"
+#include "server/jobs/jobs.h"
+#include "server/jobs/spec_check.h"
+#include "server/rules/refusal.h"
 #include "tests/server/temporary_directory.h"
 
 namespace creepd {
@@ -80,7 +80,7 @@ TEST_F(JobsTest, AnAcknowledgedJobIsThereAfterARestartWithAllItsFields) {
   EXPECT_EQ(again->owner, "uid:1001");
   EXPECT_EQ(again->experiment_hash.size(), 64u);
   EXPECT_EQ(again->last_seq(), 1u);
-  EXPECT_EQ(*read_file(jobs_->folder(job.id) / "job.toml"), kSpec);
+  EXPECT_EQ(*creep::read_file(jobs_->folder(job.id) / "job.toml"), kSpec);
 }
 
 TEST_F(JobsTest, ARepeatedSubmissionMakesOneJob) {
@@ -294,7 +294,7 @@ TEST_F(JobsTest, AnArtifactsTagStaysWhenItGrowsAndChangesWhenItIsReplaced) {
   const std::string before = open_artifact(folder, "samples.csv")->artifact.etag;
   std::ofstream(folder / "samples.csv", std::ios::app) << "more";
   EXPECT_EQ(open_artifact(folder, "samples.csv")->artifact.etag, before);
-  ASSERT_TRUE(replace_file(folder / "samples.csv", "y").ok());
+  ASSERT_TRUE(creep::replace_file(folder / "samples.csv", "y").ok());
   EXPECT_NE(open_artifact(folder, "samples.csv")->artifact.etag, before);
 }
 
@@ -306,7 +306,7 @@ TEST_F(JobsTest, SamplesAreFoundByIndexWhileTheLogGrows) {
   const std::filesystem::path path = directory_.path() / "samples.log";
   SampleIndex index(path);
   EXPECT_EQ(*index.poll(), 0u);
-  auto log = *SampleLog::open(path);
+  auto log = *creep::SampleLog::open(path);
   EXPECT_EQ(*index.poll(), 0u);
   ASSERT_TRUE(log.append(std::vector{record_of(creep::RecordKind::kSample, 0),
                                      record_of(creep::RecordKind::kStage, 1),

@@ -1,4 +1,4 @@
-#include "server/worker/sample_log.h"
+#include "core/folder/sample_log.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 #include "tests/server/file_size_limit.h"
 #include "tests/server/temporary_directory.h"
 
@@ -30,14 +30,14 @@ std::vector<Record> records(std::uint64_t from, std::uint64_t to, double offset 
 
 class SampleLogTest : public testing::Test {
  protected:
-  SampleLog open() {
-    auto log = SampleLog::open(path_);
+  creep::SampleLog open() {
+    auto log = creep::SampleLog::open(path_);
     EXPECT_TRUE(log.ok()) << log.status();
     return *std::move(log);
   }
 
-  std::string bytes() const { return read_file(path_).value(); }
-  void put(const std::string& text) const { ASSERT_TRUE(replace_file(path_, text).ok()); }
+  std::string bytes() const { return creep::read_file(path_).value(); }
+  void put(const std::string& text) const { ASSERT_TRUE(creep::replace_file(path_, text).ok()); }
 
   TemporaryDirectory directory_;
   std::filesystem::path path_ = directory_.path() / "samples.log";
@@ -45,7 +45,7 @@ class SampleLogTest : public testing::Test {
 
 TEST_F(SampleLogTest, GivesBackWhatWasAppended) {
   ASSERT_TRUE(open().append(records(0, 7)).ok());
-  const SampleLog log = open();
+  const creep::SampleLog log = open();
   ASSERT_EQ(log.size(), 7u);
   EXPECT_EQ(log.repair(), "");
   EXPECT_EQ(creep::encode(log.read(4).value()), creep::encode(record(4, 4.0)));
@@ -58,7 +58,7 @@ TEST_F(SampleLogTest, CutsATornLastRecordAtEveryLength) {
   const std::string three = bytes();
   for (std::size_t size = two.size() + 1; size < three.size(); ++size) {
     put(three.substr(0, size));
-    SampleLog log = open();
+    creep::SampleLog log = open();
     ASSERT_EQ(log.size(), 2u) << size;
     EXPECT_NE(log.repair(), "");
     ASSERT_TRUE(log.append(records(2, 3)).ok());
@@ -83,7 +83,7 @@ TEST_F(SampleLogTest, NeverTakesAFlippedBitForARecord) {
     std::string flipped = whole;
     flipped[at] = static_cast<char>(flipped[at] ^ (1 << (at % 8)));
     put(flipped);
-    SampleLog log = open();
+    creep::SampleLog log = open();
     ASSERT_LT(log.size(), 4u) << at;
     for (std::uint64_t i = 0; i < log.size(); ++i) {
       ASSERT_EQ(creep::encode(log.read(i).value()), creep::encode(record(i, static_cast<double>(i))));
@@ -100,12 +100,13 @@ TEST_F(SampleLogTest, SetsADamagedTailAsideBeforeCuttingIt) {
   damaged[good + 40] = static_cast<char>(damaged[good + 40] ^ 1);
   put(damaged);
   EXPECT_EQ(open().size(), 2u);
-  EXPECT_EQ(read_file(path_.string() + ".damaged-" + std::to_string(good)).value(), damaged.substr(good));
+  EXPECT_EQ(creep::read_file(path_.string() + ".damaged-" + std::to_string(good)).value(),
+            damaged.substr(good));
 }
 
 TEST_F(SampleLogTest, RefusesAFileThatIsNoLog) {
   put("sequence,stage\n0,1\n");
-  EXPECT_EQ(SampleLog::open(path_).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(creep::SampleLog::open(path_).status().code(), absl::StatusCode::kDataLoss);
   EXPECT_EQ(bytes(), "sequence,stage\n0,1\n");
 }
 
@@ -113,16 +114,16 @@ TEST_F(SampleLogTest, LeavesTheLogOfANewerProgramAlone) {
   std::string newer = "CREEPLOG";
   newer += {2, 0, 0, 0, 0, 0, 0, 0};
   newer += "whatever a newer program keeps here";
-  ASSERT_TRUE(write_durably(path_, newer).ok());
-  EXPECT_TRUE(absl::IsFailedPrecondition(SampleLog::open(path_).status()));
-  EXPECT_TRUE(absl::IsFailedPrecondition(SampleLogReader::open(path_)->next().status()));
-  EXPECT_EQ(read_file(path_).value(), newer);
+  ASSERT_TRUE(creep::write_durably(path_, newer).ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(creep::SampleLog::open(path_).status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(creep::SampleLogReader::open(path_)->next().status()));
+  EXPECT_EQ(creep::read_file(path_).value(), newer);
 }
 
 TEST_F(SampleLogTest, ComparesRepeatedRecordsAndAddsOnlyNewOnes) {
   ASSERT_TRUE(open().append(records(0, 6)).ok());
   const std::string before = bytes();
-  SampleLog log = open();
+  creep::SampleLog log = open();
   log.rewind(2);
   EXPECT_EQ(log.append(records(2, 4)).value().repeated, 2u);
   EXPECT_EQ(bytes(), before);
@@ -136,7 +137,7 @@ TEST_F(SampleLogTest, ComparesRepeatedRecordsAndAddsOnlyNewOnes) {
 TEST_F(SampleLogTest, ADifferenceInTheLastBitIsLoud) {
   ASSERT_TRUE(open().append(records(0, 4)).ok());
   const std::string before = bytes();
-  SampleLog log = open();
+  creep::SampleLog log = open();
   log.rewind(1);
   auto repeated = records(1, 3);
   double& strain = repeated[1].values[creep::column_index(RecordKind::kSample, "axial_strain")];
@@ -151,7 +152,7 @@ TEST_F(SampleLogTest, ADifferenceInTheLastBitIsLoud) {
 
 TEST_F(SampleLogTest, ToldSoADifferenceSupersedesAllBehindIt) {
   ASSERT_TRUE(open().append(records(0, 6)).ok());
-  SampleLog log = open();
+  creep::SampleLog log = open();
   log.rewind(2);
   const auto appended = log.append(records(2, 4, 0.5), "attempt 2 was allowed to be inexact");
   ASSERT_TRUE(appended.ok());
@@ -159,12 +160,12 @@ TEST_F(SampleLogTest, ToldSoADifferenceSupersedesAllBehindIt) {
   EXPECT_EQ(log.size(), 4u);
   ASSERT_TRUE(log.append(records(4, 5, 0.5), "").ok());
 
-  const SampleLog again = open();
+  const creep::SampleLog again = open();
   ASSERT_EQ(again.size(), 5u);
   EXPECT_EQ(again.read(1)->values[0], 1.0);
   EXPECT_EQ(again.read(2)->values[0], 2.5);
 
-  auto reader = SampleLogReader::open(path_);
+  auto reader = creep::SampleLogReader::open(path_);
   std::vector<double> seen;
   std::string note;
   for (auto frame = reader->next(); frame.ok() && *frame; frame = reader->next()) {
@@ -183,7 +184,7 @@ TEST_F(SampleLogTest, AFollowerSeesAFrameOnceItIsWhole) {
   ASSERT_TRUE(open().append(records(0, 2)).ok());
   const std::string two = bytes();
   put(two.substr(0, two.size() - 1));
-  auto reader = SampleLogReader::open(path_);
+  auto reader = creep::SampleLogReader::open(path_);
   EXPECT_EQ(reader->next().value()->record->sequence, 0u);
   // Torn by a kill, then cut and written again by the next attempt, in the same file.
   EXPECT_FALSE(reader->next().value());
@@ -198,17 +199,17 @@ TEST_F(SampleLogTest, AFollowerReportsDamageInTheMiddle) {
   std::string damaged = bytes();
   damaged[60] = static_cast<char>(damaged[60] ^ 1);
   put(damaged);
-  EXPECT_EQ(SampleLogReader::open(path_)->next().status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(creep::SampleLogReader::open(path_)->next().status().code(), absl::StatusCode::kDataLoss);
 }
 
 TEST_F(SampleLogTest, AFullDiskLosesNothingThatWasThere) {
   {
-    SampleLog log = open();
+    creep::SampleLog log = open();
     ASSERT_TRUE(log.append(records(0, 3)).ok());
     const FileSizeLimit limit(bytes().size() + 100);
     EXPECT_EQ(log.append(records(3, 9)).status().code(), absl::StatusCode::kResourceExhausted);
   }
-  SampleLog log = open();
+  creep::SampleLog log = open();
   EXPECT_EQ(log.size(), 3u);
   EXPECT_TRUE(log.append(records(3, 9)).ok());
   EXPECT_EQ(open().size(), 9u);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 #include "tests/server/file_size_limit.h"
 #include "tests/server/temporary_directory.h"
 
@@ -36,7 +36,7 @@ std::vector<Snapshot> both(const std::string& label, double age, double dynamic_
 class SnapshotFolderTest : public testing::Test {
  protected:
   SnapshotFolder open() { return SnapshotFolder::open(path_).value(); }
-  std::string text(const std::string& name) { return read_file(path_ / name).value(); }
+  std::string text(const std::string& name) { return creep::read_file(path_ / name).value(); }
 
   TemporaryDirectory directory_;
   std::filesystem::path path_ = directory_.path() / "snapshots";
@@ -90,9 +90,9 @@ TEST_F(SnapshotFolderTest, PicturesOfASupersededCourseGo) {
 
 TEST_F(SnapshotFolderTest, WhatAKilledWriterLeftIsRemovedAndStrangersAreLeftAlone) {
   ASSERT_TRUE(open().write(both("00_packing", 0.0, 0.0, 3)).ok());
-  ASSERT_TRUE(replace_file(path_ / "particles_01_oedometric.vtp.tmp", "half a pic").ok());
+  ASSERT_TRUE(creep::replace_file(path_ / "particles_01_oedometric.vtp.tmp", "half a pic").ok());
   ASSERT_TRUE(std::filesystem::create_directory(path_ / "mine"));
-  ASSERT_TRUE(replace_file(path_ / "particles_of_mine.vtp", "<VTKFile/>").ok());
+  ASSERT_TRUE(creep::replace_file(path_ / "particles_of_mine.vtp", "<VTKFile/>").ok());
   SnapshotFolder folder = open();
   EXPECT_FALSE(std::filesystem::exists(path_ / "particles_01_oedometric.vtp.tmp"));
   ASSERT_TRUE(folder.write(both("01_oedometric", 0.0, 0.25, 9)).ok());

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/worker/durable_file.h"
+#include "core/folder/durable_file.h"
 #include "tests/server/temporary_directory.h"
 
 namespace creepd {
@@ -26,15 +26,17 @@ std::vector<Record> one_of_each(std::uint64_t from) {
 
 class TablesTest : public testing::Test {
  protected:
-  SampleLog log() { return SampleLog::open(directory_.path() / "samples.log").value(); }
+  creep::SampleLog log() { return creep::SampleLog::open(directory_.path() / "samples.log").value(); }
   StageTimings timings() { return StageTimings::open(directory_.path() / "stage_timings.csv").value(); }
-  std::string table(RecordKind kind) { return read_file(directory_.path() / table_name(kind)).value(); }
+  std::string table(RecordKind kind) {
+    return creep::read_file(directory_.path() / table_name(kind)).value();
+  }
 
   TemporaryDirectory directory_;
 };
 
 TEST_F(TablesTest, ContinuedLineByLineTheyEqualARendering) {
-  SampleLog samples = log();
+  creep::SampleLog samples = log();
   StageTimings cost = timings();
   cost.add(0, {.rebuilds = 3, .wall_seconds = 0.25, .particle_steps = 100});
   auto tables = Tables::render(directory_.path(), samples, cost);
@@ -51,17 +53,17 @@ TEST_F(TablesTest, ContinuedLineByLineTheyEqualARendering) {
 }
 
 TEST_F(TablesTest, ALineTornByAKillIsRenderedAnew) {
-  SampleLog samples = log();
+  creep::SampleLog samples = log();
   ASSERT_TRUE(samples.append(one_of_each(0)).ok());
   ASSERT_TRUE(Tables::render(directory_.path(), samples, timings()).ok());
   const std::string whole = table(RecordKind::kSample);
-  ASSERT_TRUE(replace_file(directory_.path() / "samples.csv", whole.substr(0, whole.size() - 5)).ok());
+  ASSERT_TRUE(creep::replace_file(directory_.path() / "samples.csv", whole.substr(0, whole.size() - 5)).ok());
   ASSERT_TRUE(Tables::render(directory_.path(), samples, timings()).ok());
   EXPECT_EQ(table(RecordKind::kSample), whole);
 }
 
 TEST_F(TablesTest, OnlyStagesEndInColumnsOfCost) {
-  SampleLog samples = log();
+  creep::SampleLog samples = log();
   ASSERT_TRUE(samples.append(one_of_each(0)).ok());
   StageTimings cost = timings();
   cost.add(StageTimings::kPacking, {.rebuilds = 9, .wall_seconds = 9.0, .particle_steps = 9.0});

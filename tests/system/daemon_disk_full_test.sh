@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A full disk under creepd: the pause is stored and told, the daemon starts, old jobs can be deleted, and what was paused
-# goes on by itself once there is room. The reserve is what makes this possible (server/reserve.h).
+# goes on by itself once there is room. The reserve is what makes this possible (server/host/reserve.h).
 source "$(dirname "${BASH_SOURCE[0]}")/support.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/daemon_support.sh"
 sed -i 's/minimum_cycles = 3000/minimum_cycles = 15000/' "$job"
