@@ -6,32 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "client/commands/cancel.h"
-#include "client/commands/checkpoint_show.h"
-#include "client/commands/compare.h"
-#include "client/commands/completion.h"
-#include "client/commands/delete.h"
-#include "client/commands/doctor.h"
-#include "client/commands/fetch.h"
-#include "client/commands/fork.h"
-#include "client/commands/init.h"
-#include "client/commands/logs.h"
-#include "client/commands/ls.h"
-#include "client/commands/pause.h"
-#include "client/commands/plan.h"
-#include "client/commands/plot.h"
-#include "client/commands/report.h"
-#include "client/commands/resume.h"
-#include "client/commands/run.h"
-#include "client/commands/show.h"
-#include "client/commands/submit.h"
-#include "client/commands/sweep.h"
-#include "client/commands/validate.h"
-#include "client/commands/version.h"
-#include "client/commands/wait.h"
-#include "client/commands/watch.h"
+#include "client/commands/commands.h"
 #include "client/terminal/exit_codes.h"
 #include "core/experiment/wording.h"
+#include "core/state/program_version.h"
 
 namespace {
 
@@ -80,7 +58,7 @@ bool print_unknown_option(const CLI::App& command) {
 int main(int argument_count, char** arguments) {
   CLI::App app{"Simulates creep in quartz sands: checks, runs and reports jobs.", "creepctl"};
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("creepctl ") + CREEP_VERSION);
+  app.set_version_flag("--version", "creepctl " + std::string(creep::program_version()));
   app.footer(
       "'creepctl COMMAND --help' explains a command.\n\nExample:\n  creepctl init creep.toml && creepctl "
       "validate creep.toml");

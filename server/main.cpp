@@ -27,6 +27,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/folder/durable_file.h"
+#include "core/state/program_version.h"
 #include "server/api/server.h"
 #include "server/execution/supervisor.h"
 #include "server/folders/sample_index.h"
@@ -158,7 +159,7 @@ void add_options(CLI::App& app, Options& options, creepd::TlsOptions& tls) {
   app.add_option("--tls-key", tls.key, "Key of the certificate (PEM)");
   app.add_option("--tls-client-ca", tls.client_ca, "Who signs the certificates of callers (PEM)");
   app.add_option("--worker", options.worker, "Program that computes a job")->group("");
-  app.set_version_flag("--version", std::string("creepd ") + CREEP_VERSION);
+  app.set_version_flag("--version", "creepd " + std::string(creep::program_version()));
 }
 
 absl::Status complete(Options& options, const creepd::TlsOptions& tls, bool slots_given) {

@@ -1,4 +1,4 @@
-#include "client/commands/cancel.h"
+#include "client/commands/commands.h"
 
 #include <memory>
 

@@ -1,4 +1,4 @@
-#include "client/commands/checkpoint_show.h"
+#include "client/commands/commands.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "client/commands/compare.h"
+#include "client/commands/commands.h"
 
 #include <cstdio>
 #include <fstream>

@@ -1,4 +1,4 @@
-#include "client/commands/delete.h"
+#include "client/commands/commands.h"
 
 #include <cstdio>
 #include <memory>

@@ -1,17 +1,24 @@
-#include "client/commands/doctor.h"
+#include "client/commands/commands.h"
 
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <system_error>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
 #include "client/remote/connection.h"
 #include "client/remote/message_json.h"
 #include "client/remote/remote_job.h"
 #include "client/terminal/exit_codes.h"
 #include "client/terminal/terminal.h"
+#include "core/folder/sample_log.h"
+#include "core/run/run.h"
+#include "core/state/program_version.h"
+#include "core/state/state.h"
 
 namespace creepctl {
 namespace {
@@ -42,15 +49,55 @@ void look_at_programs(std::vector<Finding>& findings) {
                       worker ? "" : "'creepctl run' needs it there; a remote daemon does not"});
 }
 
+/// "0.10.2" as numbers; parts that are none count as 0.
+std::array<int, 3> numbers_of(const std::string& version) {
+  std::array<int, 3> numbers{};
+  std::size_t k = 0;
+  for (const absl::string_view part : absl::StrSplit(version, '.')) {
+    if (k == numbers.size() || !absl::SimpleAtoi(part, &numbers[k])) break;
+    ++k;
+  }
+  return numbers;
+}
+
+/// What another version there means for who works from here.
+void look_at_versions(const api::ServerInfo& info, std::vector<Finding>& findings) {
+  const std::string here(creep::program_version());
+  if (info.version() == here) {
+    findings.push_back({Grade::kGood, absl::StrCat("creepctl ", here, ", the same version"), ""});
+  } else if (numbers_of(info.version()) < numbers_of(here)) {
+    findings.push_back(
+        {Grade::kWarning, absl::StrCat("creepctl ", here, " is newer than the daemon, ", info.version()),
+         "it refuses keys, options and calls that it does not know; jobs compute as its version does"});
+  } else {
+    findings.push_back(
+        {Grade::kWarning, absl::StrCat("creepctl ", here, " is older than the daemon, ", info.version()),
+         "checks made here may refuse what the daemon takes; files fetched from there may be of "
+         "formats that only the newer creepctl reads"});
+  }
+  if (info.checkpoint_format() == 0) return;  // a daemon before 0.2.0 does not tell
+  if (info.checkpoint_format() > creep::kCheckpointVersion ||
+      info.sample_log_format() > creep::kSampleLogVersion) {
+    findings.push_back(
+        {Grade::kWarning,
+         absl::StrCat("the daemon writes checkpoint format ", info.checkpoint_format(),
+                      " and sample log format ", info.sample_log_format()),
+         absl::StrCat("this creepctl reads up to ", creep::kCheckpointVersion, " and ",
+                      creep::kSampleLogVersion, ": upgrade it before it is to use what it fetches")});
+  }
+  if (info.arithmetic_id() != creep::arithmetic_id("")) {
+    findings.push_back({Grade::kWarning,
+                        absl::StrCat("the daemon computes with arithmetic ", info.arithmetic_id()),
+                        "digests of runs here and there differ; a run does not go on from one to the other"});
+  }
+}
+
 void look_at_server(const api::ServerInfo& info, double milliseconds, std::vector<Finding>& findings) {
   findings.push_back({Grade::kGood,
                       absl::StrFormat("creepd %s answers in %.1f ms, up since %s", info.version(),
                                       milliseconds, instant(info.start_time().seconds())),
                       ""});
-  const bool same_version = info.version() == CREEP_VERSION;
-  findings.push_back({same_version ? Grade::kGood : Grade::kWarning,
-                      absl::StrCat("creepctl ", CREEP_VERSION, same_version ? ", the same version" : ""),
-                      same_version ? "" : "the daemon has another version: checks of a job file may differ"});
+  look_at_versions(info, findings);
   findings.push_back(
       {Grade::kGood,
        absl::StrFormat("%d of %d slots in use, %d threads each, %d queued, %d watchers", info.running(),

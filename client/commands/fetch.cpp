@@ -1,4 +1,4 @@
-#include "client/commands/fetch.h"
+#include "client/commands/commands.h"
 
 #include <cstdio>
 #include <memory>

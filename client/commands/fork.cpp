@@ -1,4 +1,4 @@
-#include "client/commands/fork.h"
+#include "client/commands/commands.h"
 
 #include <charconv>
 #include <cstdint>

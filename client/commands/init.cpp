@@ -1,4 +1,4 @@
-#include "client/commands/init.h"
+#include "client/commands/commands.h"
 
 #include <cerrno>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "client/commands/logs.h"
+#include "client/commands/commands.h"
 
 #include <chrono>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "client/commands/ls.h"
+#include "client/commands/commands.h"
 
 #include <chrono>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "client/commands/pause.h"
+#include "client/commands/commands.h"
 
 #include <memory>
 

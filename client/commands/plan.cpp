@@ -1,4 +1,4 @@
-#include "client/commands/plan.h"
+#include "client/commands/commands.h"
 
 #include <algorithm>
 #include <cmath>

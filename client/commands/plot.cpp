@@ -1,4 +1,4 @@
-#include "client/commands/plot.h"
+#include "client/commands/commands.h"
 
 #include <cstdio>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "client/commands/report.h"
+#include "client/commands/commands.h"
 
 #include <cstdio>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "client/commands/resume.h"
+#include "client/commands/commands.h"
 
 #include <memory>
 

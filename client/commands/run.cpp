@@ -1,4 +1,4 @@
-#include "client/commands/run.h"
+#include "client/commands/commands.h"
 
 #include <algorithm>
 #include <chrono>

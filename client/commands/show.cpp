@@ -1,4 +1,4 @@
-#include "client/commands/show.h"
+#include "client/commands/commands.h"
 
 #include <cstdio>
 #include <memory>

@@ -1,4 +1,4 @@
-#include "client/commands/sweep.h"
+#include "client/commands/commands.h"
 
 #include <algorithm>
 #include <cstdio>

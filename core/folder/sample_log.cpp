@@ -16,7 +16,6 @@ namespace creep {
 namespace {
 
 constexpr std::string_view kMagic = "CREEPLOG";
-constexpr std::uint64_t kVersion = 1;
 constexpr std::uint64_t kLastPossibleVersion = 0xffff;  // a number above it is damage
 constexpr std::size_t kFileHead = kFirstFrame;
 constexpr std::size_t kChecksum = 16;
@@ -36,7 +35,7 @@ std::uint64_t get(std::string_view in, int bytes) {
 
 std::string file_head() {
   std::string head(kMagic);
-  put(head, kVersion, 4);
+  put(head, kSampleLogVersion, 4);
   put(head, 0, 4);
   return head;
 }
@@ -44,12 +43,12 @@ std::string file_head() {
 /// Why a file with this beginning is no log to go on with.
 absl::Status not_ours(std::string_view head, const std::string& path) {
   const std::uint64_t version = head.size() == kFileHead ? get(head.substr(kMagic.size()), 4) : 0;
-  if (head.starts_with(kMagic) && version > kVersion && version <= kLastPossibleVersion) {
+  if (head.starts_with(kMagic) && version > kSampleLogVersion && version <= kLastPossibleVersion) {
     return absl::FailedPreconditionError(absl::StrCat(path, ": sample log of version ", version,
                                                       ", made by a newer program; this one reads version ",
-                                                      kVersion));
+                                                      kSampleLogVersion));
   }
-  return absl::DataLossError(absl::StrCat(path, ": not a sample log of version ", kVersion));
+  return absl::DataLossError(absl::StrCat(path, ": not a sample log of version ", kSampleLogVersion));
 }
 
 std::string checksum(std::string_view length_bytes, std::string_view payload) {

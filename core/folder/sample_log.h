@@ -35,6 +35,9 @@ struct LogFrame {
 };
 
 /// Where the first frame begins in the file [bytes].
+/// Format of the file; older ones are read, newer ones refused by name.
+inline constexpr std::uint64_t kSampleLogVersion = 1;
+
 inline constexpr std::uint64_t kFirstFrame = 16;
 
 /// Reads a log that may still grow. Any number of readers beside the one writer.

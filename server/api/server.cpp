@@ -26,6 +26,10 @@
 #include "absl/strings/str_cat.h"
 #include "core/folder/durable_file.h"
 #include "core/folder/file_descriptor.h"
+#include "core/folder/sample_log.h"
+#include "core/run/run.h"
+#include "core/state/program_version.h"
+#include "core/state/state.h"
 #include "server/api/answer.h"
 #include "server/api/service.h"
 #include "server/host/daemon_log.h"
@@ -130,7 +134,10 @@ struct Server::Impl {
   ~Impl() { stop(); }
 
   void fill(v1::ServerInfo& info, const Jobs& jobs) const {
-    info.set_version(CREEP_VERSION);
+    info.set_version(std::string(creep::program_version()));
+    info.set_checkpoint_format(creep::kCheckpointVersion);
+    info.set_sample_log_format(creep::kSampleLogVersion);
+    info.set_arithmetic_id(arithmetic);
     info.mutable_start_time()->set_seconds(std::chrono::system_clock::to_time_t(started));
     info.set_slots(options.slots);
     info.set_threads_per_job(options.threads_per_job);
@@ -232,6 +239,7 @@ struct Server::Impl {
   WatchHub hub;
   CreepService service;
   std::chrono::system_clock::time_point started = std::chrono::system_clock::now();
+  const std::string arithmetic = creep::arithmetic_id("");
   std::map<uid_t, std::unique_ptr<Acceptor>> acceptors;
   creep::FileDescriptor listener;
   creep::FileDescriptor end;

@@ -4,6 +4,9 @@
 
 #include "core/experiment/numerics_text.h"
 #include "core/folder/durable_file.h"
+#include "core/folder/sample_log.h"
+#include "core/state/program_version.h"
+#include "core/state/state.h"
 
 namespace creepd {
 
@@ -32,7 +35,11 @@ absl::Status write_summary(const std::filesystem::path& path, const creep::Run& 
       {"attempts", facts.attempts},
       {"threads", facts.threads},
       {"instruction_set", facts.instruction_set},
-      {"versions", {{"creep_worker", CREEP_VERSION}, {"compiler", "g++ " __VERSION__}}}};
+      {"versions",
+       {{"creep_worker", std::string(creep::program_version())},
+        {"checkpoint_format", creep::kCheckpointVersion},
+        {"sample_log_format", creep::kSampleLogVersion},
+        {"compiler", "g++ " __VERSION__}}}};
   return creep::write_durably(path,
                               summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }

@@ -18,6 +18,7 @@
 #include "core/folder/lease.h"
 #include "core/folder/sample_log.h"
 #include "core/run/run.h"
+#include "core/state/program_version.h"
 #include "server/worker/pace.h"
 #include "server/worker/profile.h"
 #include "server/worker/progress_file.h"
@@ -284,7 +285,7 @@ absl::StatusOr<creep::Ending> carry_out(const WorkerOptions& options, StopReques
   auto output = open_output(files, attempt, log);
   if (!output.ok()) return output.status();
   log.line(absl::StrCat("started: ", options.threads, " threads, ", *instruction_set, ", version ",
-                        CREEP_VERSION));
+                        std::string(creep::program_version())));
   std::optional<Profile> profile;
   if (options.profile) profile.emplace();
   const creep::RunOptions run_options{.threads = options.threads,

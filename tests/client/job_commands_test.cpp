@@ -16,6 +16,9 @@
 #include "client/laboratory/grading_csv.h"
 #include "client/terminal/exit_codes.h"
 #include "core/experiment/presets.h"
+#include "core/run/run.h"
+#include "core/state/program_version.h"
+#include "core/state/state.h"
 
 namespace creepctl {
 namespace {
@@ -232,10 +235,29 @@ TEST_F(JobCommands, usage_errors_exit_2_and_help_ends_with_an_example) {
   EXPECT_GE(seen, 3);
 }
 
-TEST_F(JobCommands, version_is_a_line_or_json) {
-  EXPECT_TRUE(std::regex_match(creepctl("version").out, std::regex("creepctl [0-9]+\\.[0-9]+\\.[0-9]+\n")));
-  EXPECT_EQ(creepctl("--version").out, creepctl("version").out);
-  EXPECT_EQ(nlohmann::json::parse(creepctl("version --json").out)["name"], "creepctl");
+TEST_F(JobCommands, version_says_the_formats_and_the_arithmetic_too) {
+  const std::string line = creepctl("--version").out;
+  EXPECT_TRUE(std::regex_match(line, std::regex("creepctl [0-9]+\\.[0-9]+\\.[0-9]+\n")));
+  const std::string all = creepctl("version").out;
+  EXPECT_TRUE(std::regex_match(all, std::regex(line.substr(0, line.size() - 1) +
+                                               "\ncheckpoint format [0-9]+ \\(reads 1 to [0-9]+\\)\n"
+                                               "sample log format [0-9]+\narithmetic [0-9a-f]{16}\n")))
+      << all;
+  const auto json = nlohmann::json::parse(creepctl("version --json").out);
+  EXPECT_EQ(json["name"], "creepctl");
+  EXPECT_EQ("creepctl " + json["version"].get<std::string>() + "\n", line);
+  EXPECT_EQ(json["checkpoint_format"], creep::kCheckpointVersion);
+  EXPECT_EQ(json["arithmetic_id"], creep::arithmetic_id("portable"));
+}
+
+/// The one place of the version: the newest entry of the changelog.
+TEST_F(JobCommands, version_is_that_of_the_changelog) {
+  std::ifstream changelog(CREEP_SOURCE_DIR "/deploy/debian/changelog");
+  std::string entry;
+  std::getline(changelog, entry);
+  const std::string version(creep::program_version());
+  EXPECT_TRUE(entry.starts_with("creepd (" + version + ") ")) << entry;
+  EXPECT_EQ(creepctl("--version").out, "creepctl " + version + "\n");
 }
 
 /// The template with "# " taken from each key.
