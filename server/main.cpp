@@ -1,13 +1,11 @@
 // creepd: serves the queue of creep jobs until it is told to stop.
 #include <pwd.h>
 #include <signal.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
@@ -26,13 +24,13 @@
 #include <CLI/CLI.hpp>
 
 #include "absl/strings/str_cat.h"
-#include "core/folder/durable_file.h"
 #include "core/state/program_version.h"
 #include "server/api/server.h"
 #include "server/execution/supervisor.h"
 #include "server/folders/sample_index.h"
 #include "server/host/daemon_log.h"
 #include "server/host/service_state.h"
+#include "server/host/state_folder.h"
 #include "server/jobs/jobs.h"
 #include "server/store/job_store.h"
 
@@ -162,6 +160,18 @@ void add_options(CLI::App& app, Options& options, creepd::TlsOptions& tls) {
   app.set_version_flag("--version", "creepd " + std::string(creep::program_version()));
 }
 
+absl::Status make_absolute(const char* option, fs::path& path) {
+  if (path.empty()) return absl::InvalidArgumentError(absl::StrCat(option, " needs a path, and got none"));
+  std::error_code error;
+  fs::path absolute = fs::absolute(path, error);
+  if (error) {
+    return absl::InvalidArgumentError(absl::StrCat(option, " ", path.string(), ": the working directory: ",
+                                                   error.message(), "; give a path that begins with /"));
+  }
+  path = std::move(absolute);
+  return absl::OkStatus();
+}
+
 absl::Status complete(Options& options, const creepd::TlsOptions& tls, bool slots_given) {
   if (!slots_given) {
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -184,8 +194,10 @@ absl::Status complete(Options& options, const creepd::TlsOptions& tls, bool slot
   if (::access(options.worker.c_str(), X_OK) != 0) {
     return absl::InvalidArgumentError(absl::StrCat("there is no program ", options.worker.string()));
   }
-  options.state = fs::absolute(options.state);
-  options.server.socket = fs::absolute(options.server.socket);
+  for (const auto& [option, path] :
+       {std::pair("--state", &options.state), std::pair("--socket", &options.server.socket)}) {
+    if (auto status = make_absolute(option, *path); !status.ok()) return status;
+  }
   options.supervisor.jobs = options.state / "jobs";
   options.supervisor.worker = options.worker;
   options.supervisor.memory_limit = options.limits.memory;
@@ -194,34 +206,6 @@ absl::Status complete(Options& options, const creepd::TlsOptions& tls, bool slot
   options.server.threads_per_job = options.supervisor.threads_per_job;
   options.server.checkpoint_interval = options.supervisor.checkpoint_interval;
   return absl::OkStatus();
-}
-
-/// Makes the names of the folders on the way to `state` durable: without them a power cut takes all of it
-/// away.
-absl::Status sync_way_to(const fs::path& state) {
-  if (auto status = creep::sync_directory(state); !status.ok()) return status;
-  for (fs::path above = state; above.has_relative_path();) {
-    above = above.parent_path();
-    // What this process may not open was not made by it.
-    if (!creep::sync_directory(above).ok()) break;
-  }
-  return absl::OkStatus();
-}
-
-/// The state directory is this process's alone as long as the descriptor is open.
-absl::StatusOr<creep::FileDescriptor> take_state(const fs::path& state) {
-  std::error_code error;
-  fs::create_directories(state / "jobs", error);
-  if (error)
-    return absl::UnavailableError(absl::StrCat("cannot make ", state.string(), ": ", error.message()));
-  ::chmod(state.c_str(), 0700);
-  auto lock = creep::open_file(state / "lock", O_RDWR | O_CREAT);
-  if (!lock.ok()) return lock.status();
-  if (::flock(lock->get(), LOCK_EX | LOCK_NB) != 0) {
-    return absl::AlreadyExistsError(absl::StrCat("another creepd uses ", state.string()));
-  }
-  if (auto status = sync_way_to(state); !status.ok()) return status;
-  return lock;
 }
 
 sigset_t stop_signals() {
@@ -255,8 +239,6 @@ void wait_and_stop(creepd::Supervisor& supervisor, creepd::Server& server,
 }
 
 absl::Status serve(const Options& options) {
-  const auto lock = take_state(options.state);
-  if (!lock.ok()) return lock.status();
   std::error_code ignored;
   if (fs::create_directories(options.server.socket.parent_path(), ignored)) {
     ::chmod(options.server.socket.parent_path().c_str(), 0700);
@@ -310,6 +292,12 @@ int main(int argument_count, char** arguments) {
   ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread: they are taken in one place
   ::signal(SIGPIPE, SIG_IGN);
   ::signal(SIGXFSZ, SIG_IGN);
+  ::umask(0077);  // what is made is nobody else's to read, wherever the folder is moved later
+  const auto state = creepd::StateFolder::take(options.state);
+  if (!state.ok()) {
+    creepd::log_line(std::string(state.status().message()));
+    return absl::IsFailedPrecondition(state.status()) ? kUsage : kFailed;
+  }
   if (auto status = serve(options); !status.ok()) {
     creepd::log_line(std::string(status.message()));
     return kFailed;

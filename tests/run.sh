@@ -7,8 +7,8 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-clocked='^(system|faults)$'
-selection=(--label-exclude '^(long|system|faults)$')
+clocked='^(system|faults|attack)$'
+selection=(--label-exclude '^(long|system|faults|attack)$')
 clocked_selection=(--label-regex "$clocked" --label-exclude '^long$')
 long=0
 case "${1:-}" in

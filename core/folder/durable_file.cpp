@@ -56,7 +56,11 @@ absl::Status errno_status(std::string_view what, int error_number) {
 }
 
 absl::StatusOr<FileDescriptor> open_file(const std::filesystem::path& path, int flags) {
-  FileDescriptor file(::open(path.c_str(), flags | O_CLOEXEC, 0644));
+  const bool writes = (flags & (O_WRONLY | O_RDWR | O_CREAT)) != 0;
+  FileDescriptor file(::open(path.c_str(), flags | O_CLOEXEC | (writes ? O_NOFOLLOW : 0), 0644));
+  if (!file.open() && writes && errno == ELOOP)
+    return absl::PermissionDeniedError(
+        absl::StrCat("open ", path.string(), ": it is a link, and would lead to another file"));
   if (!file.open()) return errno_status(absl::StrCat("open ", path.string()), errno);
   return file;
 }

@@ -19,7 +19,8 @@ namespace creep {
 /// PermissionDenied (also a read-only file system), DataLoss (everything else: the storage failed).
 absl::Status errno_status(std::string_view what, int error_number);
 
-/// open(2), close-on-exec.
+/// open(2), close-on-exec. For writing no link is followed: who can put one in the place of a file of ours
+/// must not choose what we overwrite.
 absl::StatusOr<FileDescriptor> open_file(const std::filesystem::path& path, int flags);
 
 /// Writes all of `bytes` at the descriptor's place; restarts after interruptions and short writes.
