@@ -70,6 +70,12 @@ fi
 # Who may include whom.
 forbid 'core includes only core' '#\s*include\s+"(client|server|proto|tests|creep/v1)/' "${core[@]}" "${folder[@]}"
 forbid 'nothing in core but core/folder touches files' '#\s*include\s+"core/folder/' "${core[@]}"
+mapfile -t below_run < <(printf '%s\n' "${core[@]}" | except '^core/run/')
+forbid 'in core the run alone includes the run' '#\s*include\s+"core/run/' "${below_run[@]}"
+mapfile -t below_output < <(printf '%s\n' "${below_run[@]}" | except '^core/output/')
+forbid 'in core the run alone includes output' '#\s*include\s+"core/output/' "${below_output[@]}"
+mapfile -t below_state < <(printf '%s\n' "${below_output[@]}" | except '^core/state/')
+forbid 'in core only output and run include state' '#\s*include\s+"core/state/' "${below_state[@]}"
 forbid 'the worker includes only core and its own' '#\s*include\s+"(client|proto|tests|creep/v1|server/(?!worker/))' \
   "${worker[@]}"
 forbid 'the server includes only core, proto and its own' '#\s*include\s+"(client|tests)/' "${server[@]}"

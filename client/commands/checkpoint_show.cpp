@@ -15,7 +15,7 @@
 #include "client/local/run_folder.h"
 #include "client/terminal/exit_codes.h"
 #include "client/terminal/terminal.h"
-#include "core/run/run.h"
+#include "core/state/checkpoint.h"
 
 namespace creepctl {
 namespace {

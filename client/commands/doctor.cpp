@@ -16,9 +16,9 @@
 #include "client/terminal/exit_codes.h"
 #include "client/terminal/terminal.h"
 #include "core/folder/sample_log.h"
-#include "core/run/run.h"
+#include "core/run/self_test.h"
+#include "core/state/checkpoint.h"
 #include "core/state/program_version.h"
-#include "core/state/state.h"
 
 namespace creepctl {
 namespace {

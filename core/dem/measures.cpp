@@ -208,4 +208,35 @@ double volumetric_strain(const Specimen& specimen) {
   return 1.0 - specimen.walls.volume() / specimen.initial_volume;
 }
 
+double radial_stress(const Walls& walls) { return 0.5 * (walls.stress(0) + walls.stress(1)); }
+
+double value_of(Target::Measure measure, const Specimen& specimen) {
+  const double axial = specimen.walls.stress(2), radial = radial_stress(specimen.walls);
+  const double p = (axial + 2.0 * radial) / 3.0;
+  using Measure = Target::Measure;
+  switch (measure) {
+    case Measure::kAxialStress:
+      return axial;
+    case Measure::kMeanStress:
+      return p;
+    case Measure::kDeviatoricStress:
+      return axial - radial;
+    case Measure::kStressRatio:
+      return p > 0.0 ? (axial - radial) / p : 0.0;
+    case Measure::kAxialStrain:
+      return axial_strain(specimen);
+    case Measure::kDeviatoricStrain:  // 2/3 (eps_a - eps_r) with eps_v = eps_a + 2 eps_r
+      return axial_strain(specimen) - volumetric_strain(specimen) / 3.0;
+  }
+  return 0.0;
+}
+
+double inertial_number(const Specimen& specimen, const Experiment& experiment) {
+  const Walls& walls = specimen.walls;
+  const double rate = std::fabs(walls.velocity[4] - walls.velocity[5]) / walls.length(2);
+  const double p = (walls.stress(0) + walls.stress(1) + walls.stress(2)) / 3.0;
+  if (!(p > 0.0)) return 0.0;
+  return rate * median_diameter(experiment.specimen.grading) * std::sqrt(experiment.material.density / p);
+}
+
 }  // namespace creep

@@ -57,6 +57,14 @@ Coordination coordination(const Specimen& specimen, const ContactModel& model);
 /// list.
 std::vector<double> mobilised_stress(const Specimen& specimen, const ContactModel& model);
 
+double radial_stress(const Walls& walls);  ///< mean of x and y, by wall forces [Pa]
+
+/// The present value of a measure, by wall forces and positions [Pa] or [-].
+double value_of(Target::Measure measure, const Specimen& specimen);
+
+/// Axial strain rate x d50 x sqrt(density / mean stress) [-]; 0 without stress.
+double inertial_number(const Specimen& specimen, const Experiment& experiment);
+
 double axial_strain(const Specimen& specimen);       ///< engineering, along z; 0 before the end of packing
 double volumetric_strain(const Specimen& specimen);  ///< -dV/V0; 0 before the end of packing
 

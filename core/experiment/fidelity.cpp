@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "core/arithmetic/check.h"
 
@@ -81,6 +82,12 @@ std::optional<std::size_t> fidelity_index(std::string_view name) {
   const auto found = std::find(kNames.begin(), kNames.end(), name);
   if (found == kNames.end()) return std::nullopt;
   return static_cast<std::size_t>(found - kNames.begin());
+}
+
+std::int64_t breakages_per_ageing(const Numerics& numerics, std::int64_t initial_count) {
+  if (numerics.breakages_per_ageing) return *numerics.breakages_per_ageing;
+  return std::max<std::int64_t>(
+      1, std::llround(numerics.breakage_fraction * static_cast<double>(initial_count)));
 }
 
 }  // namespace creep

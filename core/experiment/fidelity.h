@@ -40,4 +40,7 @@ std::size_t most_accurate_fidelity();
 /// The index of a name; none if it is none of them.
 std::optional<std::size_t> fidelity_index(std::string_view name);
 
+/// n_age: the job's, or round(fraction x initial count), at least 1.
+std::int64_t breakages_per_ageing(const Numerics& numerics, std::int64_t initial_count);
+
 }  // namespace creep

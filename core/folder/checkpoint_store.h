@@ -15,7 +15,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/run/run.h"
+#include "core/state/checkpoint.h"
 
 namespace creep {
 

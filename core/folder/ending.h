@@ -9,7 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/run/run.h"
+#include "core/output/outcome.h"
 
 namespace creep {
 

@@ -5,9 +5,8 @@
 
 #include "core/arithmetic/elementary.h"
 #include "core/dem/measures.h"
+#include "core/experiment/fidelity.h"
 #include "core/physics/grading.h"
-#include "core/run/ageing.h"
-#include "core/run/stage_control.h"
 
 namespace creep {
 namespace {
@@ -82,22 +81,6 @@ double mass_unexplained(const Specimen& specimen) {
 
 }  // namespace
 
-double inertial_number(const Specimen& specimen, const Experiment& experiment) {
-  const Walls& walls = specimen.walls;
-  const double rate = std::fabs(walls.velocity[4] - walls.velocity[5]) / walls.length(2);
-  const double p = (walls.stress(0) + walls.stress(1) + walls.stress(2)) / 3.0;
-  if (!(p > 0.0)) return 0.0;
-  return rate * median_diameter(experiment.specimen.grading) * std::sqrt(experiment.material.density / p);
-}
-
-double closing_velocity_at(double limit, const Specimen& specimen, const Experiment& experiment) {
-  const Walls& walls = specimen.walls;
-  const double p = std::max((walls.stress(0) + walls.stress(1) + walls.stress(2)) / 3.0,
-                            experiment.specimen.isotropic_stress);
-  return limit * walls.length(2) / median_diameter(experiment.specimen.grading) *
-         std::sqrt(p / experiment.material.density);
-}
-
 double creep_time(const RunState& state) {
   return state.cursor.holding ? state.specimen.clocks.creep_time() : 0.0;
 }
@@ -120,7 +103,7 @@ std::vector<double> sample_values(const RunState& state, const Experiment& exper
           axial_strain(s),
           volumetric_strain(s),
           s.walls.stress(2),
-          0.5 * (s.walls.stress(0) + s.walls.stress(1)),
+          radial_stress(s.walls),
           love_weber.axial,
           love_weber.radial,
           e.with_fines,
@@ -222,7 +205,7 @@ std::vector<SummaryFigure> summary_figures(const RunState& state, const Experime
           {"void_ratio", e.with_fines},
           {"void_ratio_particles", e.of_particles},
           {"axial_stress_Pa", s.walls.stress(2)},
-          {"radial_stress_Pa", 0.5 * (s.walls.stress(0) + s.walls.stress(1))},
+          {"radial_stress_Pa", radial_stress(s.walls)},
           {"axial_strain", axial_strain(s)},
           {"axial_creep_strain", cursor.holding ? axial_strain(s) - cursor.strain_loaded : 0.0},
           {"creep_time_s", creep_time(state)},

@@ -11,6 +11,8 @@
 // Contacts of the second file join points of the first: both have the particles in ascending id.
 #pragma once
 
+#include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -19,6 +21,21 @@
 #include "core/state/state.h"
 
 namespace creep {
+
+/// When a snapshot was taken.
+struct SnapshotHead {
+  double age = 0.0;                 ///< [s]
+  double dynamic_time = 0.0;        ///< [s]
+  double creep_time = 0.0;          ///< [s]; 0 outside a hold
+  std::uint64_t next_sequence = 0;  ///< of the first record made after it
+};
+
+/// One file for a viewer.
+struct Snapshot {
+  std::string name;  ///< of the file; the same state has the same name in every attempt
+  SnapshotHead head;
+  std::string bytes;
+};
 
 /// Both files of the specimen as it stands; "particles_02_creep_0004.vtp" is that of the second stage of the
 /// program after the fourth ageing jump, stage 00 is the packing. Needs a valid list.

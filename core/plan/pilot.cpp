@@ -8,10 +8,10 @@
 #include "absl/strings/str_cat.h"
 #include "core/analysis/number_table.h"
 #include "core/experiment/experiment_toml.h"
+#include "core/experiment/fidelity.h"
 #include "core/experiment/job_text.h"
 #include "core/experiment/wording.h"
 #include "core/physics/grading.h"
-#include "core/run/ageing.h"
 
 namespace creep {
 namespace {

@@ -8,7 +8,6 @@
 #include "core/experiment/numerics_text.h"
 #include "core/experiment/stage_text.h"
 #include "core/physics/grading.h"
-#include "core/run/ageing.h"
 
 namespace creep {
 namespace {

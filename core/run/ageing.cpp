@@ -86,10 +86,4 @@ double log_end_of_ageing(double creep_time, double next, double left) {
   return elementary::log(std::max(kShortest, creep_time + std::min(next, left)));
 }
 
-std::int64_t breakages_per_ageing(const Numerics& numerics, std::int64_t initial_count) {
-  if (numerics.breakages_per_ageing) return *numerics.breakages_per_ageing;
-  return std::max<std::int64_t>(
-      1, std::llround(numerics.breakage_fraction * static_cast<double>(initial_count)));
-}
-
 }  // namespace creep

@@ -55,7 +55,4 @@ std::int64_t adapted_breakages(std::int64_t breakages, double error, double tole
 /// ending the dynamic stage now. A velocity goes with sigma_mob^n: a change of 0.06 is 0.1 % of sigma_mob.
 double log_end_of_ageing(double creep_time, double next, double left);
 
-/// n_age: the job's, or round(fraction x initial count), at least 1.
-std::int64_t breakages_per_ageing(const Numerics& numerics, std::int64_t initial_count);
-
 }  // namespace creep

@@ -5,8 +5,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/dem/measures.h"
-#include "core/output/samples.h"
-#include "core/run/stage_control.h"
 
 namespace creep {
 namespace {

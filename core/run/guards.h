@@ -8,7 +8,7 @@
 #include "core/dem/dynamics.h"
 #include "core/dem/specimen.h"
 #include "core/experiment/experiment.h"
-#include "core/run/run.h"
+#include "core/output/outcome.h"
 #include "core/state/state.h"
 
 namespace creep {

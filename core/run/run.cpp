@@ -1,3 +1,4 @@
+#include "core/experiment/fidelity.h"
 #include "core/run/run_impl.h"
 
 #include <algorithm>

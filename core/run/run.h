@@ -18,7 +18,11 @@
 #include "absl/status/statusor.h"
 #include "core/dem/activity.h"
 #include "core/experiment/experiment.h"
+#include "core/output/outcome.h"
 #include "core/output/record.h"
+#include "core/output/samples.h"
+#include "core/output/snapshot.h"
+#include "core/state/checkpoint.h"
 
 namespace creep {
 
@@ -31,14 +35,6 @@ struct RunOptions {
   ActivityMark* activity = nullptr;  ///< where the run marks what it does; must outlive it
 };
 
-/// How a run ended. A creep failure is a result: the job ends well.
-struct Outcome {
-  enum class Kind { kCompleted, kCreepFailure, kGuardStop };
-  Kind kind = Kind::kCompleted;
-  std::string reason;  ///< "completed", "creep failure: axial creep strain 0.21 > 0.2", "guard overlap: ..."
-  std::string advice;  ///< for a guard stop: what cures it
-};
-
 /// Where the run is, for a progress line.
 struct Progress {
   std::string stage;  ///< "packing", "oedometric", "creep"
@@ -48,21 +44,6 @@ struct Progress {
   std::int64_t dynamic_stage = 0;
   std::int64_t particles = 0;
   double stage_fraction = 0.0;  ///< of the present stage done [0, 1], a rough guess
-};
-
-/// When a snapshot was taken.
-struct SnapshotHead {
-  double age = 0.0;                 ///< [s]
-  double dynamic_time = 0.0;        ///< [s]
-  double creep_time = 0.0;          ///< [s]; 0 outside a hold
-  std::uint64_t next_sequence = 0;  ///< of the first record made after it
-};
-
-/// One file for a viewer (snapshot.h).
-struct Snapshot {
-  std::string name;  ///< of the file; the same state has the same name in every attempt
-  SnapshotHead head;
-  std::string bytes;
 };
 
 /// A named checkpoint that the program keeps.
@@ -81,33 +62,6 @@ struct Batch {
   std::int64_t rebuilds = 0;  ///< neighbour searches now (depends on skin and schedule, not on the physics)
   bool stage_ended = false;   ///< packing, a program stage or a dynamic stage ended: a checkpoint is due
   std::optional<Outcome> outcome;  ///< set once, at the end
-};
-
-/// Final figures for summary.json, each as name, value; the order is kept.
-struct SummaryFigure {
-  std::string name;  ///< with the SI unit as suffix, as in the csv columns
-  double value = 0.0;
-};
-
-/// What a checkpoint says of itself without being loaded.
-struct CheckpointInfo {
-  std::uint32_t format_version = 0;
-  std::string arithmetic_id;
-  std::string experiment_hash;
-  std::string state_digest;
-  std::uint64_t next_sequence = 0;  ///< of the first record not yet made
-  std::string stage;
-  std::int64_t particles = 0;
-  std::int64_t cycle = 0;     ///< since the start of the run
-  double age = 0.0;           ///< [s]
-  double dynamic_time = 0.0;  ///< [s]
-  double creep_time = 0.0;    ///< [s]
-  double axial_strain = 0.0;
-  std::int64_t broken_total = 0;
-  bool inexact = false;       ///< an attempt was resumed with other arithmetic
-  std::string specimen_hash;  ///< what start_from() asks to be equal (experiment.h); "" before version 3
-  std::string start_digest;   ///< of the checkpoint that the run itself was started from; "" if it packed
-  bool finished = false;      ///< the program is carried out: to start from, not to resume
 };
 
 class Run {
@@ -156,15 +110,5 @@ class Run {
 /// Whether start_from() would take the checkpoint for an experiment of this specimen_hash(). Error:
 /// InvalidArgument, with what stands against it.
 absl::Status can_start_from(const CheckpointInfo& info, std::string_view specimen_hash);
-
-/// Reads the head, verifies every checksum. Errors: FailedPrecondition (of a newer program), DataLoss.
-absl::StatusOr<CheckpointInfo> read_checkpoint_info(std::string_view checkpoint);
-
-/// Identifies the results of this machine's arithmetic: hash of a self-test of all kernels (16 hex digits).
-std::string arithmetic_id(const std::string& instruction_set);
-
-/// "portable", "avx2" or "avx512": the widest that the kernels and this processor share, or CREEP_ISA's wish
-/// when the caller passes it in.
-absl::StatusOr<std::string> choose_instruction_set(const std::string& wish);
 
 }  // namespace creep

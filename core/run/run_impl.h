@@ -11,6 +11,7 @@
 #include "core/run/run.h"
 #include "core/run/self_test.h"
 #include "core/run/stage_control.h"
+#include "core/state/checkpoint.h"
 #include "core/state/state.h"
 
 namespace creep {

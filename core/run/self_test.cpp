@@ -8,7 +8,6 @@
 #include "core/dem/dynamics.h"
 #include "core/dem/particle_birth.h"
 #include "core/dem/splitter.h"
-#include "core/run/run.h"
 #include "core/state/state.h"
 
 namespace creep {

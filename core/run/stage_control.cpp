@@ -10,8 +10,6 @@ namespace {
 
 using Measure = Target::Measure;
 
-double radial_stress(const Walls& walls) { return 0.5 * (walls.stress(0) + walls.stress(1)); }
-
 bool is_strain(Measure measure) {
   return measure == Measure::kAxialStrain || measure == Measure::kDeviatoricStrain;
 }
@@ -40,24 +38,12 @@ double axial_stress_of(const Target& until, double radial) {
 
 }  // namespace
 
-double value_of(Measure measure, const Specimen& specimen) {
-  const double axial = specimen.walls.stress(2), radial = radial_stress(specimen.walls);
-  const double p = (axial + 2.0 * radial) / 3.0;
-  switch (measure) {
-    case Measure::kAxialStress:
-      return axial;
-    case Measure::kMeanStress:
-      return p;
-    case Measure::kDeviatoricStress:
-      return axial - radial;
-    case Measure::kStressRatio:
-      return p > 0.0 ? (axial - radial) / p : 0.0;
-    case Measure::kAxialStrain:
-      return axial_strain(specimen);
-    case Measure::kDeviatoricStrain:  // 2/3 (eps_a - eps_r) with eps_v = eps_a + 2 eps_r
-      return axial_strain(specimen) - volumetric_strain(specimen) / 3.0;
-  }
-  return 0.0;
+double closing_velocity_at(double limit, const Specimen& specimen, const Experiment& experiment) {
+  const Walls& walls = specimen.walls;
+  const double p = std::max((walls.stress(0) + walls.stress(1) + walls.stress(2)) / 3.0,
+                            experiment.specimen.isotropic_stress);
+  return limit * walls.length(2) / median_diameter(experiment.specimen.grading) *
+         std::sqrt(p / experiment.material.density);
 }
 
 void take_aim(Cursor& cursor, const Stage& stage, const Specimen& specimen) {

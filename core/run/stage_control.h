@@ -8,8 +8,10 @@
 
 namespace creep {
 
-/// The present value of a measure, by wall forces and positions [Pa] or [-].
-double value_of(Target::Measure measure, const Specimen& specimen);
+/// Closing speed of the platens [m/s] at which I = (v / L) d50 sqrt(rho / p) equals `limit`:
+/// v = limit (L / d50) sqrt(p / rho). A p below the stress of packing counts as that: the platens do not stop
+/// where they have lost their contacts.
+double closing_velocity_at(double limit, const Specimen& specimen, const Experiment& experiment);
 
 /// Sets what the stage asks of the walls: `sides`, `target` and `radial_target` of the cursor. What it does
 /// not ask for stays as it was held, or is taken from the specimen as it stands.

@@ -4,11 +4,9 @@
 #include <cstdint>
 #include <string>
 
-#include "absl/status/statusor.h"
 #include "core/dem/packing.h"
 #include "core/dem/specimen.h"
 #include "core/experiment/experiment.h"
-#include "core/run/run.h"
 
 namespace creep {
 
@@ -74,20 +72,5 @@ struct RunState {
 
 /// SHA-256 of the id-ordered physical state.
 std::string digest_of(const RunState& state);
-
-/// Bytes of a checkpoint: magic, version, then named sections, each with its length and checksum.
-///
-/// To change the format: raise kCheckpointVersion (magic and version keep their places: by them older
-/// programs know that they are not to touch the file), keep reading the old one or refuse it by name, and
-/// keep an old file among the tests. Version 1, which does not know about snapshots, version 2, which knows
-/// only oedometric loading and creep, version 3, in which no particle turns, version 4, in which no wall
-/// follows its specimen, version 5, which does not watch failure times, and version 6, in which no wall rubs,
-/// are read too.
-inline constexpr std::uint32_t kCheckpointVersion = 7;
-std::string write_checkpoint(const RunState& state, const CheckpointInfo& info);
-
-/// Errors: FailedPrecondition for one in the format of a newer program, DataLoss for anything else that is
-/// not a whole, undamaged checkpoint.
-absl::StatusOr<RunState> read_checkpoint(std::string_view bytes);
 
 }  // namespace creep

@@ -11,7 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/folder/file_descriptor.h"
-#include "core/run/run.h"
+#include "core/state/checkpoint.h"
 
 namespace creepd {
 

@@ -13,7 +13,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/run/run.h"
+#include "core/output/snapshot.h"
 
 namespace creepd {
 

@@ -5,8 +5,9 @@
 #include "core/experiment/numerics_text.h"
 #include "core/folder/durable_file.h"
 #include "core/folder/sample_log.h"
+#include "core/run/self_test.h"
+#include "core/state/checkpoint.h"
 #include "core/state/program_version.h"
-#include "core/state/state.h"
 
 namespace creepd {
 

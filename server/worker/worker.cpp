@@ -18,6 +18,7 @@
 #include "core/folder/lease.h"
 #include "core/folder/sample_log.h"
 #include "core/run/run.h"
+#include "core/run/self_test.h"
 #include "core/state/program_version.h"
 #include "server/worker/pace.h"
 #include "server/worker/profile.h"

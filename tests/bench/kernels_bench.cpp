@@ -12,7 +12,7 @@
 #include "core/dem/dynamics.h"
 #include "core/run/ageing.h"
 #include "core/run/self_test.h"
-#include "core/state/state.h"
+#include "core/state/checkpoint.h"
 #include "tests/bench/packing_file.h"
 
 namespace {

@@ -1,5 +1,6 @@
 // Laboratory age: failure times are exact, however it is cut.
 #include "core/run/ageing.h"
+#include "core/experiment/fidelity.h"
 
 #include <gtest/gtest.h>
 

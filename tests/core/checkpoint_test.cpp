@@ -7,7 +7,8 @@
 
 #include "core/experiment/experiment_toml.h"
 #include "core/run/run.h"
-#include "core/state/state.h"
+#include "core/run/self_test.h"
+#include "core/state/checkpoint.h"
 #include "tests/core/run_scene.h"
 
 namespace creep {

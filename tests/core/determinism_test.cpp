@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/run/run.h"
+#include "core/run/self_test.h"
 #include "core/state/state.h"
 #include "tests/core/run_scene.h"
 

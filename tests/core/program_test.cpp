@@ -9,7 +9,7 @@
 #include "core/dem/particle_birth.h"
 #include "core/physics/grading.h"
 #include "core/run/run.h"
-#include "core/state/state.h"
+#include "core/state/checkpoint.h"
 #include "tests/core/run_scene.h"
 
 namespace creep {

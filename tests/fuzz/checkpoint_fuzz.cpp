@@ -11,7 +11,7 @@
 #include "core/dem/shear_history.h"
 #include "core/experiment/experiment_toml.h"
 #include "core/run/run.h"
-#include "core/state/state.h"
+#include "core/state/checkpoint.h"
 #include "tests/fuzz/target.h"
 
 namespace creep::fuzz {
