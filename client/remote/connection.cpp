@@ -13,6 +13,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/local/run_folder.h"
+#include "client/remote/socket_owner.h"
 #include "client/terminal/exit_codes.h"
 #include "client/terminal/terminal.h"
 #include "creep/v1/creep.grpc.pb.h"
@@ -208,6 +209,7 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> credentials_for(const 
         kind != std::filesystem::file_type::socket) {
       return absl::InvalidArgumentError(absl::StrCat(path, " is no socket"));
     }
+    if (auto status = check_socket_owner(path, options.server_user); !status.ok()) return status;
     return grpc::InsecureChannelCredentials();  // the kernel tells the daemon who calls
   }
   if (tls) return tls_credentials(options);
@@ -225,6 +227,11 @@ void add_server_options(CLI::App& command, ServerOptions& options) {
       .add_option("--server", options.address,
                   "Socket or HOST:PORT of the daemon (default: $XDG_RUNTIME_DIR/creepd.sock)")
       ->envname("CREEPCTL_SERVER")
+      ->group("Daemon");
+  command
+      .add_option("--server-user", options.server_user,
+                  "User, by name or number, whose socket is trusted beside yours and root's")
+      ->envname("CREEPCTL_SERVER_USER")
       ->group("Daemon");
   command.add_option("--tls-ca", options.tls_ca, "Certificate of who signed the daemon's")
       ->envname("CREEPCTL_TLS_CA")

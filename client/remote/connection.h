@@ -19,11 +19,12 @@ namespace creepctl {
 namespace api = creep::v1;
 
 struct ServerOptions {
-  std::string address;  ///< "" = the daemon of this user
+  std::string address;      ///< "" = the daemon of this user
+  std::string server_user;  ///< whose socket is trusted beside those of root and of this user; "" = nobody's
   std::string tls_ca, tls_certificate, tls_key;
 };
 
-/// --server, --tls-ca, --tls-cert and --tls-key, with their environment variables.
+/// --server, --server-user, --tls-ca, --tls-cert and --tls-key, with their environment variables.
 void add_server_options(CLI::App& command, ServerOptions& options);
 
 /// "unix:/run/...", or HOST:PORT as given. Errors: InvalidArgument (no address can be made of it).

@@ -82,3 +82,36 @@ rm "$state/lock"
 expect_exit 1 "$bin/creepd" --state "$state" --socket "$work/second.sock"
 expect_output "another creepd uses $state"
 stop_daemon
+
+if ((EUID == 0)) && as "$stranger" true; then
+  step "a stranger listens where root's creepctl looks"
+  mkdir "$work/shared"
+  chmod 777 "$work/shared"
+  cat >"$work/listener.py" <<'PYTHON'
+import socket, sys
+listener = socket.socket(socket.AF_UNIX)
+listener.bind(sys.argv[1])
+listener.listen()
+while True:
+    with open(sys.argv[2], "a") as log:
+        log.write("somebody came\n") if listener.accept() else None
+PYTHON
+  chmod 644 "$work/listener.py"
+  setpriv --reuid "$stranger" --regid "$stranger" --clear-groups \
+    /usr/bin/python3 "$work/listener.py" "$work/shared/creepd.sock" "$work/shared/came" &  # not as: that is a subshell
+  listener=$!
+  trap 'kill "$listener" 2>/dev/null || true; stop_daemon_and_clean_up' EXIT
+  wait_for 20 test -S "$work/shared/creepd.sock"
+  expect_exit 4 creepctl submit "$job" --server "$work/shared/creepd.sock"
+  expect_output "Nothing was sent there"
+  chmod 1777 "$work/shared"
+  expect_exit 4 creepctl submit "$job" --server "$work/shared/creepd.sock"
+  expect_output "creepd.sock belongs to user $stranger"
+  as "$stranger" ln -s "$socket" "$work/shared/link"
+  expect_exit 4 creepctl ls --server "$work/shared/link"
+  expect_exit 2 creepctl ls --server "$work/shared/creepd.sock" --server-user nobody-of-this-name
+  [[ ! -s $work/shared/came ]] || fail "somebody connected to the stranger's socket"
+  # Named, it is asked; that it never answers is another matter.
+  timeout 2 "$bin/creepctl" ls --server "$work/shared/creepd.sock" --server-user "$stranger" >/dev/null 2>&1 || true
+  [[ -s $work/shared/came ]] || fail "--server-user does not let creepctl use the socket"
+fi
