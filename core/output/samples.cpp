@@ -55,11 +55,10 @@ struct RelativeBreakage {
 /// Against the grading of the packed specimen, which is known from the experiment, whatever the run started
 /// from. Einav's ultimate grading is fractal up to the coarsest grain.
 RelativeBreakage relative_breakage(const RunState& state, const Experiment& experiment) {
-  if (state.cursor.initial_count == 0) return {0.0, 0.0};  // still packing
+  if (!state.packed) return {0.0, 0.0};
   const Material& material = experiment.material;
   const std::vector<double> diameters = curve_diameters(experiment);
-  const std::vector<double> grains =
-      stratified_diameters(experiment.specimen.grading, state.cursor.initial_count);
+  const std::vector<double> grains = stratified_diameters(experiment.specimen.grading, state.packed->count);
   double all = 0.0;
   for (const double d : grains) all += d * d * d;
   std::vector<double> initial(diameters.size(), 0.0), ultimate;
@@ -82,7 +81,7 @@ double mass_unexplained(const Specimen& specimen) {
 }  // namespace
 
 double creep_time(const RunState& state) {
-  return state.cursor.holding ? state.specimen.clocks.creep_time() : 0.0;
+  return in_hold(state.act) ? state.specimen.clocks.creep_time() : 0.0;
 }
 
 std::vector<double> sample_values(const RunState& state, const Experiment& experiment,
@@ -93,9 +92,9 @@ std::vector<double> sample_values(const RunState& state, const Experiment& exper
   const ContactStress love_weber = contact_stress(s, model);
   const Coordination z = coordination(s, model);
   const EnergyBalance energy = energy_balance(s, model);
-  return {as_double(state.cursor.stage),
+  return {as_double(state.stage),
           as_double(static_cast<std::int64_t>(phase)),
-          as_double(state.cursor.dynamic_stage),
+          as_double(dynamic_stage_number(state)),
           as_double(s.cycle),
           s.clocks.age,
           s.clocks.dynamic_time,
@@ -131,29 +130,49 @@ std::vector<double> sample_values(const RunState& state, const Experiment& exper
           value_of(Target::Measure::kDeviatoricStress, s)};
 }
 
-std::vector<double> stage_values(const RunState& state, const Experiment& experiment, bool settled) {
+namespace {
+
+struct StageRow {
+  double number, ripple;
+  const StageStart& start;
+  const Calm& calm;
+  bool settled;
+};
+
+std::vector<double> stage_row(const RunState& state, const StageRow& row, const Experiment& experiment) {
   const Specimen& s = state.specimen;
-  const Cursor& cursor = state.cursor;
-  const bool loading = cursor.act == Cursor::Act::kLoading;
-  return {loading ? -1.0 : as_double(cursor.dynamic_stage),
-          as_double(cursor.stage),
-          as_double(cursor.stage_cycle),
-          cursor.creep_time_start,
+  return {row.number,
+          as_double(state.stage),
+          as_double(row.calm.cycle),
+          row.start.creep_time,
           creep_time(state),
           s.clocks.age,
           s.clocks.dynamic_time,
-          s.clocks.suspended_time - cursor.suspended_start,
+          s.clocks.suspended_time - row.start.suspended_time,
           axial_strain(s),
           void_ratio(s, experiment.material.density).with_fines,
           s.walls.stress(2),
           grading_index(s, experiment.material),
-          loading ? 0.0 : cursor.ripple,
-          as_double(cursor.broken_at_start),
-          as_double(s.broken_total - cursor.broken_before),
+          row.ripple,
+          as_double(row.start.broken_at_start),
+          as_double(s.broken_total - row.start.broken_before),
           s.unbalanced_force_ratio,
           s.time_step,
           as_double(static_cast<std::int64_t>(s.particles.size())),
-          settled ? 1.0 : 0.0};
+          row.settled ? 1.0 : 0.0};
+}
+
+}  // namespace
+
+std::vector<double> stage_values(const RunState& state, const Loading& loading, bool settled,
+                                 const Experiment& experiment) {
+  return stage_row(state, {-1.0, 0.0, loading.start, loading.calm, settled}, experiment);
+}
+
+std::vector<double> stage_values(const RunState& state, const DynamicStage& stage, bool settled,
+                                 const Experiment& experiment) {
+  const double number = as_double(dynamic_stage_number(state));
+  return stage_row(state, {number, stage.ripple, stage.start, stage.calm, settled}, experiment);
 }
 
 std::vector<double> breakage_values(const RunState& state, const Failure& failure) {
@@ -162,7 +181,7 @@ std::vector<double> breakage_values(const RunState& state, const Failure& failur
   const Body& body = s.particles.body[i];
   return {static_cast<double>(s.particles.id[i]),
           as_double(static_cast<std::int64_t>(failure.cause)),
-          as_double(state.cursor.dynamic_stage),
+          as_double(dynamic_stage_number(state)),
           as_double(s.cycle),
           s.clocks.age,
           s.clocks.dynamic_time,
@@ -181,7 +200,7 @@ std::vector<std::vector<double>> grading_values(const RunState& state, const Exp
   const std::vector<double> finer = passing(state.specimen, experiment.material, diameters);
   std::vector<std::vector<double>> rows;
   for (std::size_t k = 0; k < diameters.size(); ++k) {
-    rows.push_back({as_double(state.cursor.curves), creep_time(state), diameters[k], finer[k]});
+    rows.push_back({as_double(state.curves), creep_time(state), diameters[k], finer[k]});
   }
   return rows;
 }
@@ -189,36 +208,37 @@ std::vector<std::vector<double>> grading_values(const RunState& state, const Exp
 std::vector<SummaryFigure> summary_figures(const RunState& state, const Experiment& experiment,
                                            const ContactModel& model) {
   const Specimen& s = state.specimen;
-  const Cursor& cursor = state.cursor;
+  const Packed packed = state.packed.value_or(Packed{});
+  const Hold hold = state.hold.value_or(Hold{});
   const VoidRatio e = void_ratio(s, experiment.material.density);
   const EnergyBalance energy = energy_balance(s, model);
   const RelativeBreakage breakage = relative_breakage(state, experiment);
   const std::int64_t breakages = experiment.numerics.ageing_error_tolerance
-                                     ? cursor.breakages
-                                     : breakages_per_ageing(experiment.numerics, cursor.initial_count);
+                                     ? hold.breakages
+                                     : breakages_per_ageing(experiment.numerics, packed.count);
   return {{"void_ratio_target", experiment.specimen.void_ratio},
-          {"void_ratio_reached", cursor.void_ratio_reached},
-          {"generation_friction", state.packing.generation_friction},
+          {"void_ratio_reached", packed.void_ratio},
+          {"generation_friction", packed.generation_friction},
           {"side_m", s.initial_height},
-          {"initial_particles", as_double(cursor.initial_count)},
-          {"void_ratio_before_creep", cursor.void_ratio_loaded},
+          {"initial_particles", as_double(packed.count)},
+          {"void_ratio_before_creep", state.hold ? hold.start.void_ratio : e.with_fines},
           {"void_ratio", e.with_fines},
           {"void_ratio_particles", e.of_particles},
           {"axial_stress_Pa", s.walls.stress(2)},
           {"radial_stress_Pa", radial_stress(s.walls)},
           {"axial_strain", axial_strain(s)},
-          {"axial_creep_strain", cursor.holding ? axial_strain(s) - cursor.strain_loaded : 0.0},
+          {"axial_creep_strain", in_hold(state.act) ? axial_strain(s) - hold.start.axial_strain : 0.0},
           {"creep_time_s", creep_time(state)},
           {"age_s", s.clocks.age},
           {"dynamic_time_s", s.clocks.dynamic_time},
           {"suspended_time_s", s.clocks.suspended_time},
-          {"dynamic_stages", as_double(cursor.dynamic_stages)},
-          {"ageing_jumps", as_double(cursor.ageing_jumps)},
+          {"dynamic_stages", as_double(hold.dynamic_stages)},
+          {"ageing_jumps", as_double(hold.ageing_jumps)},
           {"breakages_per_ageing", as_double(breakages)},
-          {"largest_ripple", cursor.largest_ripple},
-          {"grading_index_initial", cursor.initial_grading_index},
+          {"largest_ripple", hold.largest_ripple},
+          {"grading_index_initial", packed.grading_index},
           {"grading_index", grading_index(s, experiment.material)},
-          {"broken_before_creep", as_double(cursor.broken_loaded)},
+          {"broken_before_creep", as_double(hold.start.broken_total)},
           {"broken_total", as_double(s.broken_total)},
           {"particles", as_double(static_cast<std::int64_t>(s.particles.size()))},
           {"cycles", as_double(s.cycle)},
@@ -228,9 +248,9 @@ std::vector<SummaryFigure> summary_figures(const RunState& state, const Experime
           {"volumetric_strain", volumetric_strain(s)},
           {"mean_stress_Pa", value_of(Target::Measure::kMeanStress, s)},
           {"deviatoric_stress_Pa", value_of(Target::Measure::kDeviatoricStress, s)},
-          {"peak_deviatoric_stress_Pa", cursor.peak_deviatoric_stress},
-          {"axial_strain_at_peak", cursor.strain_at_peak},
-          {"axial_stress_before_hold_Pa", cursor.stress_loaded},
+          {"peak_deviatoric_stress_Pa", state.peak.deviatoric_stress},
+          {"axial_strain_at_peak", state.peak.axial_strain},
+          {"axial_stress_before_hold_Pa", hold.start.axial_stress},
           {"breakage_hardin", breakage.hardin},
           {"breakage_einav", breakage.einav}};
 }

@@ -15,7 +15,10 @@ double creep_time(const RunState& state);
 
 std::vector<double> sample_values(const RunState& state, const Experiment& experiment,
                                   const ContactModel& model, Phase phase);
-std::vector<double> stage_values(const RunState& state, const Experiment& experiment, bool settled);
+std::vector<double> stage_values(const RunState& state, const Loading& loading, bool settled,
+                                 const Experiment& experiment);
+std::vector<double> stage_values(const RunState& state, const DynamicStage& stage, bool settled,
+                                 const Experiment& experiment);
 /// Before the split, while the particle is still there.
 std::vector<double> breakage_values(const RunState& state, const Failure& failure);
 

@@ -182,13 +182,15 @@ Drawing draw_contacts(const Specimen& specimen, const ContactModel& model) {
 }
 
 /// "00_packing", "01_oedometric", "02_creep_0004": in the order of the run when sorted.
-std::string label(const Cursor& cursor, const Experiment& experiment) {
-  const absl::Dec place(cursor.stage + 1, absl::kZeroPad2);
-  if (cursor.stage < 0) return absl::StrCat(place, cursor.act == Cursor::Act::kStart ? "_start" : "_packing");
-  const Stage& stage = experiment.program[static_cast<std::size_t>(cursor.stage)];
+std::string label(const RunState& state, const Experiment& experiment) {
+  const absl::Dec place(state.stage + 1, absl::kZeroPad2);
+  if (state.stage < 0) {
+    return absl::StrCat(place, std::holds_alternative<Starting>(state.act) ? "_start" : "_packing");
+  }
+  const Stage& stage = experiment.program[static_cast<std::size_t>(state.stage)];
   const std::string name(stage_name(stage));
   if (target_of(stage) != nullptr) return absl::StrCat(place, "_", name);
-  return absl::StrCat(place, "_", name, "_", absl::Dec(cursor.dynamic_stage, absl::kZeroPad4));
+  return absl::StrCat(place, "_", name, "_", absl::Dec(dynamic_stage_number(state), absl::kZeroPad4));
 }
 
 /// The text of the element with this name among the first lines; empty if there is none.
@@ -208,7 +210,7 @@ std::vector<Snapshot> snapshots(const RunState& state, const Experiment& experim
   const Specimen& specimen = state.specimen;
   const SnapshotHead head{specimen.clocks.age, specimen.clocks.dynamic_time, creep_time(state),
                           state.next_sequence};
-  const std::string suffix = absl::StrCat("_", label(state.cursor, experiment), ".vtp");
+  const std::string suffix = absl::StrCat("_", label(state, experiment), ".vtp");
   return {{"particles" + suffix, head, poly_data(head, specimen.particles, draw_particles(specimen, model))},
           {"contacts" + suffix, head, poly_data(head, specimen.particles, draw_contacts(specimen, model))}};
 }

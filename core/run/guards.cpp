@@ -80,11 +80,11 @@ std::optional<Outcome> loading_guard(const Specimen& specimen, const Experiment&
       "size exponent");
 }
 
-Outcome settling_stop(const std::string& where, const Cursor& cursor, const Specimen& specimen) {
+Outcome settling_stop(const std::string& where, const Calm& calm, const Specimen& specimen) {
   return guard_stop(
-      absl::StrCat("settling: ", where, " not in equilibrium after ", cursor.stage_cycle,
+      absl::StrCat("settling: ", where, " not in equilibrium after ", calm.cycle,
                    " cycles (unbalanced force ratio ", specimen.unbalanced_force_ratio,
-                   ", last off target or breaking ", cursor.stage_cycle - cursor.quiet_since, " cycles ago)"),
+                   ", last off target or breaking ", calm.cycle - calm.quiet_since, " cycles ago)"),
       "raise minimum_cycles, or loosen unbalanced_tolerance or settle_tolerance");
 }
 

@@ -30,6 +30,6 @@ std::optional<Outcome> loading_guard(const Specimen& specimen, const Experiment&
                                      const Target& target);
 
 /// settling: a stage that found no equilibrium. @param where  names it
-Outcome settling_stop(const std::string& where, const Cursor& cursor, const Specimen& specimen);
+Outcome settling_stop(const std::string& where, const Calm& calm, const Specimen& specimen);
 
 }  // namespace creep

@@ -1,23 +1,20 @@
 // What a Run is inside: the experiment, the machine that moves the particles and the state; for the sources
-// of Run alone.
+// of Run alone. The plot is in run.cpp, each act in a file of its own.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/dem/dynamics.h"
 #include "core/run/run.h"
 #include "core/run/self_test.h"
-#include "core/run/stage_control.h"
 #include "core/state/checkpoint.h"
 #include "core/state/state.h"
 
 namespace creep {
 
-constexpr std::int64_t kSettleWindow = 5000;   // cycles on target and without a failure that end a stage
-constexpr std::int64_t kUnsettledFactor = 10;  // x minimum_cycles: longer than that is not settling
 constexpr const char* kPackingWord = "packing";
 
 struct Run::Impl {
@@ -26,51 +23,49 @@ struct Run::Impl {
         options(options),
         dynamics(experiment, kernels, {options.threads, options.rebuild_every, options.activity}) {}
 
+  // The plot. One step of an act may end it: what it was given is gone then.
   Batch advance(std::int64_t cycle_budget);
-  void pack(Batch& batch);
+  void step(PackingState& packing, Batch& batch);
+  void step(Starting& starting, Batch& batch);
+  void step(Loading& loading, Batch& batch);
+  void step(DynamicStage& stage, Batch& batch);
+  void step(Ageing& ageing, Batch& batch);
+  void step(Between& between, Batch& batch);
+  void step(Done& done, Batch& batch);
   void begin_program(Batch& batch);
-  void load(Batch& batch);
-  void end_loading(Batch& batch, bool settled);
-  bool energy_grows(Batch& batch) const;
-  bool servo_runs_away(double deviation, Batch& batch);
-  bool loading_sample_is_due();
-  void hold(Batch& batch);
-  double watch_stress();
-  bool at_rest() const;
-  std::int64_t next_breakages() const;
-  void watch_failure_times();
-  bool failure_times_stand() const;
-  void adapt_breakages(double left);
-  void fail_in_creep(const std::string& how, Batch& batch);
-  void give_up_settling(Batch& batch);
-  void age_and_break(Batch& batch);
-
-  const Stage& stage() const { return experiment.program[static_cast<std::size_t>(state.cursor.stage)]; }
   void begin_stage(std::int64_t index);
-  void begin_loading();
-  void begin_hold();
-  void begin_dynamic_stage(std::int64_t broken_at_start);
-  void end_dynamic_stage(Batch& batch, bool settled);
   void next_stage(Batch& batch);
-  std::int64_t steps_passed() const;
-  void keep_if_due(Batch& batch);
-  void keep(std::optional<std::int64_t> multiple, Batch& batch) const;
-  std::string checkpoint() const;
-  std::string stage_word() const;
-  bool computed(const CycleResult& result, Batch& batch);
-  void break_particles(const std::vector<Failure>& failures, Batch& batch);
-  std::int64_t settle_window() const { return std::min(kSettleWindow, experiment.numerics.minimum_cycles); }
-  std::int64_t most_cycles() const {
-    return kUnsettledFactor * std::max(experiment.numerics.minimum_cycles, kSettleWindow);
-  }
+  const Stage& stage() const { return experiment.program[static_cast<std::size_t>(state.stage)]; }
 
+  // Loading.
+  Loading new_loading() const;
+  void end_loading(const Loading& loading, bool settled, Batch& batch);
+  void keep_if_due(Loading& loading, Batch& batch) const;
+
+  // Hold.
+  Hold new_hold() const;
+  DynamicStage new_dynamic_stage(std::int64_t broken_at_start, bool closing) const;
+  void end_dynamic_stage(DynamicStage& stage, bool settled, Batch& batch);
+  void fail_in_creep(DynamicStage& stage, const std::string& how, Batch& batch);
+  std::int64_t next_breakages() const;
+  double time_left() const;
+
+  // What both do.
+  bool computed(const CycleResult& result, Batch& batch);
+  bool energy_grows(Batch& batch) const;
+  void break_particles(const std::vector<Failure>& failures, Batch& batch);
+  void give_up_settling(const Calm& calm, const std::string& where, Batch& batch);
+
+  // What leaves the run (emission.cpp).
   void emit(RecordKind kind, std::vector<double> values, Batch& batch);
   void emit_sample(Phase phase, Batch& batch);
   void emit_grading(Batch& batch);
   /// Right after a sample, while the list is valid.
   void emit_snapshot(Batch& batch) const;
-  bool passes_decade_of_age();
-  Phase phase() const;
+  void keep(std::optional<std::int64_t> multiple, Batch& batch) const;
+  std::string checkpoint() const;
+  std::string stage_word() const;
+  Progress progress() const;
 
   const Experiment experiment;
   const RunOptions options;
@@ -78,5 +73,8 @@ struct Run::Impl {
   Dynamics dynamics;
   RunState state;
 };
+
+/// Of samples taken now.
+Phase phase_of(const Act& act);
 
 }  // namespace creep

@@ -1,35 +1,31 @@
-// How a run begins, is left in a checkpoint, and begins again from one.
+// How a run begins, and begins again from a checkpoint.
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "core/dem/measures.h"
 #include "core/dem/packing.h"
 #include "core/dem/particle_birth.h"
-#include "core/output/samples.h"
 #include "core/run/run_impl.h"
 
 namespace creep {
 namespace {
 
-/// Whether the cursor stands where the program has what it does.
-bool stands_in(const std::vector<Stage>& program, const Cursor& cursor) {
+/// Whether the program has, at this place, what the run does.
+bool stands_in(const std::vector<Stage>& program, const RunState& state) {
   const auto size = static_cast<std::int64_t>(program.size());
-  if (cursor.stage >= size) return false;
-  const Stage* stage = cursor.stage < 0 ? nullptr : &program[static_cast<std::size_t>(cursor.stage)];
-  switch (cursor.act) {
-    case Cursor::Act::kPacking:
-    case Cursor::Act::kStart:
-      return true;
-    case Cursor::Act::kLoading:
-      return stage != nullptr && target_of(*stage) != nullptr;
-    case Cursor::Act::kDynamicStage:
-    case Cursor::Act::kAgeing:
-      return stage != nullptr && duration_of(*stage).has_value();
-    case Cursor::Act::kBetweenStages:
-      return stage != nullptr && cursor.stage + 1 < size;
-    case Cursor::Act::kDone:
-      return false;
-  }
-  return false;
+  if (state.stage >= size) return false;
+  const Stage* stage = state.stage < 0 ? nullptr : &program[static_cast<std::size_t>(state.stage)];
+  const bool loads = stage != nullptr && target_of(*stage) != nullptr;
+  const bool holds = stage != nullptr && duration_of(*stage).has_value();
+  struct Standing {
+    bool loads, holds, is_last;
+    bool operator()(const PackingState&) const { return true; }
+    bool operator()(const Starting&) const { return true; }
+    bool operator()(const Loading&) const { return loads; }
+    bool operator()(const DynamicStage&) const { return holds; }
+    bool operator()(const Ageing&) const { return holds; }
+    bool operator()(const Between&) const { return (loads || holds) && !is_last; }
+    bool operator()(const Done&) const { return false; }
+  };
+  return std::visit(Standing{loads, holds, state.stage + 1 == size}, state.act);
 }
 
 }  // namespace
@@ -63,16 +59,10 @@ absl::StatusOr<std::unique_ptr<Run>> Run::start_from(const Experiment& experimen
     particles.spin.assign(experiment.material.free_rotation ? particles.size() : 0, Spin{});
   }
   let_walls_rub(particles, experiment.material);
-  state.packing = source->packing;
-  const Cursor& before = source->cursor;
-  state.cursor.act = Cursor::Act::kStart;
-  state.cursor.initial_count = before.initial_count;
-  state.cursor.void_ratio_reached = before.void_ratio_reached;
-  state.cursor.void_ratio_loaded = before.void_ratio_loaded;
-  state.cursor.initial_grading_index = before.initial_grading_index;
-  state.cursor.sides = before.sides;
-  state.cursor.radial_target = before.radial_target;
-  state.cursor.target = before.act == Cursor::Act::kLoading ? state.specimen.walls.stress(2) : before.target;
+  state.act = Starting{};
+  state.packed = source->packed;
+  state.aim = source->aim;
+  if (std::holds_alternative<Loading>(source->act)) state.aim.axial = state.specimen.walls.stress(2);
   state.start_digest = info->state_digest;
   state.inexact = source->inexact;
   return std::unique_ptr<Run>(new Run(std::move(impl)));
@@ -119,12 +109,13 @@ absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, c
     return absl::DataLossError(
         "this checkpoint has no spins where the experiment has, or the other way round");
   }
-  const bool rubs = experiment.material.wall_friction > 0.0 && state->cursor.act != Cursor::Act::kPacking;
+  const bool rubs =
+      experiment.material.wall_friction > 0.0 && !std::holds_alternative<PackingState>(state->act);
   if (state->specimen.particles.wall_shear.empty() == rubs) {
     return absl::DataLossError(
         "this checkpoint has no friction at walls where the experiment has, or the other way round");
   }
-  if (!stands_in(experiment.program, state->cursor)) {
+  if (!stands_in(experiment.program, *state)) {
     return absl::DataLossError("this checkpoint does not stand in the program of its experiment");
   }
   auto impl = std::make_unique<Impl>(experiment, **kernels, options);
@@ -133,26 +124,4 @@ absl::StatusOr<std::unique_ptr<Run>> Run::resume(const Experiment& experiment, c
   return std::unique_ptr<Run>(new Run(std::move(impl)));
 }
 
-std::string Run::Impl::checkpoint() const {
-  CheckpointInfo info;
-  info.arithmetic_id = arithmetic;
-  info.experiment_hash = experiment_hash(experiment);
-  info.state_digest = digest_of(state);
-  info.next_sequence = state.next_sequence;
-  info.stage = stage_word();
-  info.particles = static_cast<std::int64_t>(state.specimen.particles.size());
-  info.cycle = state.specimen.cycle;
-  info.age = state.specimen.clocks.age;
-  info.dynamic_time = state.specimen.clocks.dynamic_time;
-  info.creep_time = creep_time(state);
-  info.axial_strain = axial_strain(state.specimen);
-  info.broken_total = state.specimen.broken_total;
-  info.inexact = state.inexact;
-  info.specimen_hash = specimen_hash(experiment);
-  info.start_digest = state.start_digest;
-  info.finished = state.cursor.act == Cursor::Act::kDone;
-  return write_checkpoint(state, info);
-}
-
-std::string Run::checkpoint() const { return impl_->checkpoint(); }
 }  // namespace creep

@@ -87,6 +87,8 @@ class Reader {
     values.resize(count);
     for (T& value : values) (*this)(value);
   }
+  /// What was read cannot be.
+  void refuse() { ok_ = false; }
   bool done() const { return ok_ && bytes_.empty(); }
   bool ok() const { return ok_; }
 

@@ -9,6 +9,7 @@
 #include "core/arithmetic/digest.h"
 #include "core/dem/shear_history.h"
 #include "core/state/archive.h"
+#include "core/state/format_7.h"
 #include "core/state/layout.h"
 
 namespace creep {
@@ -86,10 +87,11 @@ absl::StatusOr<Verified> verified_sections(std::string_view bytes) {
 }
 
 absl::Status consistent(const RunState& state, const std::vector<PairShear>& history) {
-  const Cursor& cursor = state.cursor;
-  const bool in_stage = cursor.act != Cursor::Act::kPacking && cursor.act != Cursor::Act::kStart;
-  if (cursor.act > Cursor::kLastAct || cursor.sides > Cursor::Sides::kHeld ||
-      state.packing.step > PackingState::Step::kDone || cursor.stage < (in_stage ? 0 : -1)) {
+  const auto* packing = std::get_if<PackingState>(&state.act);
+  const bool before_program = packing != nullptr || std::holds_alternative<Starting>(state.act);
+  if (state.aim.sides > Aim::Sides::kHeld || state.stage < (before_program ? -1 : 0) ||
+      (packing != nullptr && packing->step > PackingState::Step::kDone) ||
+      state.packed.has_value() == (packing != nullptr) || (in_hold(state.act) && !state.hold)) {
     return absl::DataLossError("checkpoint that stands nowhere in a program");
   }
   const Particles& particles = state.specimen.particles;
@@ -130,7 +132,7 @@ std::string write_checkpoint(const RunState& state, const CheckpointInfo& info) 
   visit_carried(section[3], state.specimen.walls.carried);
   visit_fines(section[4], state.specimen.fines);
   visit_energy(section[5], state.specimen.energy);
-  visit_cursor(section[6], state.packing, state.cursor, kCheckpointVersion);
+  visit_run(section[6], state);
   for (std::size_t s = 0; s < 7; ++s) append_section(out, kSections[s], section[s]);
   return out;
 }
@@ -152,7 +154,11 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
   if (verified->version >= 5) visit_carried(reader[3], state.specimen.walls.carried);
   visit_fines(reader[4], state.specimen.fines);
   visit_energy(reader[5], state.specimen.energy);
-  visit_cursor(reader[6], state.packing, state.cursor, verified->version);
+  if (verified->version >= 8) {
+    visit_run(reader[6], state);
+  } else if (!read_format_7(reader[6], verified->version, state)) {
+    reader[6].refuse();
+  }
   for (std::size_t s = 0; s < reader.size(); ++s) {
     if (!reader[s].done()) {
       return absl::DataLossError(
@@ -165,10 +171,6 @@ absl::StatusOr<RunState> read_checkpoint(std::string_view bytes) {
   state.next_sequence = info.next_sequence;
   state.inexact = info.inexact;
   state.start_digest = info.start_digest;
-  if (verified->version < 3) {
-    state.cursor.holding =
-        state.cursor.act == Cursor::Act::kDynamicStage || state.cursor.act == Cursor::Act::kAgeing;
-  }
   if (digest_of(state) != info.state_digest)
     return absl::DataLossError("checkpoint does not match its state digest");
   return state;

@@ -37,9 +37,9 @@ struct CheckpointInfo {
 /// programs know that they are not to touch the file), keep reading the old one or refuse it by name, and
 /// keep an old file among the tests. Version 1, which does not know about snapshots, version 2, which knows
 /// only oedometric loading and creep, version 3, in which no particle turns, version 4, in which no wall
-/// follows its specimen, version 5, which does not watch failure times, and version 6, in which no wall rubs,
-/// are read too.
-inline constexpr std::uint32_t kCheckpointVersion = 7;
+/// follows its specimen, version 5, which does not watch failure times, version 6, in which no wall rubs, and
+/// version 7, which has one list of fields for every act (format_7.h), are read too.
+inline constexpr std::uint32_t kCheckpointVersion = 8;
 std::string write_checkpoint(const RunState& state, const CheckpointInfo& info);
 
 /// Errors: FailedPrecondition for one in the format of a newer program, DataLoss for anything else that is

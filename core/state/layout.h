@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/dem/shear_history.h"
@@ -162,8 +165,19 @@ void visit_energy(Archive& archive, Of& energy) {
   archive(energy.initial_tangential);
 }
 
-template <class Archive, class OfPacking, class OfCursor>
-void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor, std::uint64_t version) {
+template <class Archive, class Optional, class Visit>
+void visit_optional(Archive& archive, Optional& value, Visit visit) {
+  bool there = value.has_value();
+  archive(there);
+  if constexpr (Archive::kReading) {
+    value.reset();
+    if (there) value.emplace();
+  }
+  if (value) visit(*value);
+}
+
+template <class Archive, class Of>
+void visit_packing(Archive& archive, Of& packing) {
   archive(packing.step);
   archive(packing.growth);
   archive(packing.step_cycle);
@@ -172,50 +186,104 @@ void visit_cursor(Archive& archive, OfPacking& packing, OfCursor& cursor, std::u
   archive(packing.stop_void_ratio);
   archive(packing.falls);
   archive(packing.generation_friction);
-  archive(cursor.act);
-  archive(cursor.stage);
-  archive(cursor.dynamic_stage);
-  archive(cursor.closing);
-  archive(cursor.target);
-  archive(cursor.sample_at);
-  archive(cursor.stage_cycle);
-  archive(cursor.quiet_since);
-  archive(cursor.ripple);
-  archive(cursor.creep_time_start);
-  archive(cursor.suspended_start);
-  archive(cursor.broken_at_start);
-  archive(cursor.broken_before);
-  archive(cursor.curves);
-  archive(cursor.initial_count);
-  archive(cursor.ageing_jumps);
-  archive(cursor.dynamic_stages);
-  archive(cursor.void_ratio_reached);
-  archive(cursor.void_ratio_loaded);
-  archive(cursor.strain_loaded);
-  archive(cursor.initial_grading_index);
-  archive(cursor.largest_ripple);
-  archive(cursor.broken_loaded);
-  if (version < 2) return;
-  archive(cursor.age_loaded);
-  archive(cursor.next_snapshot_age);
-  if (version < 3) return;
-  archive(cursor.sides);
-  archive(cursor.radial_target);
-  archive(cursor.holding);
-  archive(cursor.stress_loaded);
-  archive(cursor.strain_half_way);
-  archive(cursor.reached_cycle);
-  archive(cursor.loading_start);
-  archive(cursor.peak_deviatoric_stress);
-  archive(cursor.strain_at_peak);
-  archive(cursor.kept);
-  if (version < 6) return;
-  archive(cursor.drift_cycle);
-  archive(cursor.drift_reference);
-  archive(cursor.drift);
-  archive(cursor.breakages);
-  archive(cursor.promised);
-  archive(cursor.aged_from);
+}
+
+template <class Archive, class Of>
+void visit_stage_start(Archive& archive, Of& start) {
+  archive(start.creep_time);
+  archive(start.suspended_time);
+  archive(start.broken_at_start);
+  archive(start.broken_before);
+}
+
+template <class Archive, class Of>
+void visit_calm(Archive& archive, Of& calm) {
+  archive(calm.cycle);
+  archive(calm.quiet_since);
+  visit_optional(archive, calm.on_target, [&](auto& cycle) { archive(cycle); });
+}
+
+template <class Archive, class Of>
+void visit_hold(Archive& archive, Of& hold) {
+  archive(hold.start.age);
+  archive(hold.start.axial_strain);
+  archive(hold.start.axial_stress);
+  archive(hold.start.void_ratio);
+  archive(hold.start.broken_total);
+  archive(hold.ageing_jumps);
+  archive(hold.dynamic_stages);
+  archive(hold.largest_ripple);
+  archive(hold.next_snapshot_age);
+  archive(hold.breakages);
+  visit_optional(archive, hold.promise, [&](auto& promise) {
+    archive(promise.aged_from);
+    archive(promise.promised);
+  });
+}
+
+/// What an act remembers.
+template <class Archive, class Of>
+void visit_one_act(Archive& archive, Of& act) {
+  using One = std::remove_const_t<Of>;
+  if constexpr (std::is_same_v<One, PackingState>) {
+    visit_packing(archive, act);
+  } else if constexpr (std::is_same_v<One, Loading>) {
+    visit_stage_start(archive, act.start);
+    visit_calm(archive, act.calm);
+    archive(act.begun_at);
+    visit_optional(archive, act.next_sample, [&](auto& at) { archive(at); });
+    archive(act.kept);
+  } else if constexpr (std::is_same_v<One, DynamicStage>) {
+    visit_stage_start(archive, act.start);
+    visit_calm(archive, act.calm);
+    archive(act.closing);
+    archive(act.ripple);
+    visit_optional(archive, act.drift, [&](auto& drift) {
+      archive(drift.cycle);
+      archive(drift.end_of_ageing);
+      visit_optional(archive, drift.change, [&](auto& change) { archive(change); });
+    });
+    visit_optional(archive, act.strain_half_way, [&](auto& strain) { archive(strain); });
+  } else if constexpr (std::is_same_v<One, Between> || std::is_same_v<One, Done>) {
+    archive(act.after_hold);
+  } else {
+    static_assert(std::is_empty_v<One>, "an act with something to remember that nobody writes");
+  }
+}
+
+/// By its place among the alternatives of Act: new ones go to the end.
+template <class Archive, class Of>
+void visit_act(Archive& archive, Of& act) {
+  std::uint64_t which = act.index();
+  archive(which);
+  if constexpr (Archive::kReading) {
+    if (which >= std::variant_size_v<Act>) return archive.refuse();
+    [&]<std::size_t... k>(std::index_sequence<k...>) {
+      ((which == k ? static_cast<void>(act.template emplace<k>()) : void()), ...);
+    }
+    (std::make_index_sequence<std::variant_size_v<Act>>());
+  }
+  std::visit([&](auto& one) { visit_one_act(archive, one); }, act);
+}
+
+/// All of a run beside its specimen.
+template <class Archive, class Of>
+void visit_run(Archive& archive, Of& state) {
+  visit_act(archive, state.act);
+  archive(state.stage);
+  archive(state.curves);
+  visit_optional(archive, state.packed, [&](auto& packed) {
+    archive(packed.count);
+    archive(packed.void_ratio);
+    archive(packed.grading_index);
+    archive(packed.generation_friction);
+  });
+  archive(state.aim.sides);
+  archive(state.aim.axial);
+  archive(state.aim.radial);
+  archive(state.peak.deviatoric_stress);
+  archive(state.peak.axial_strain);
+  visit_optional(archive, state.hold, [&](auto& hold) { visit_hold(archive, hold); });
 }
 
 template <class Archive, class Of>

@@ -239,6 +239,27 @@ Trace run_from(const Experiment& experiment, const std::string& checkpoint) {
   return trace;
 }
 
+TEST(Start, figures_before_creep_are_taken_where_the_hold_begins) {
+  // From the middle of a loading stage, from between two stages, from the end of a hold of another job.
+  const std::string in_mid_stage = kept().lower_bound("02_triaxial_axial_strain_")->first;
+  ASSERT_TRUE(in_mid_stage.starts_with("02_triaxial_axial_strain_")) << in_mid_stage;
+  for (const std::string& name :
+       {in_mid_stage, std::string("02_triaxial_end"), std::string("03_creep_end")}) {
+    Experiment experiment = creep_from_checkpoint(0.2e6);
+    auto run = creep::Run::start_from(experiment, {}, kept().at(name));
+    ASSERT_TRUE(run.ok()) << run.status();
+    Trace trace;
+    finish(**run, trace);
+    const auto first = decode(trace.records.front());
+    ASSERT_EQ(first->kind, RecordKind::kSample);
+    std::map<std::string, double> figures;
+    for (const SummaryFigure& figure : (*run)->summary()) figures[figure.name] = figure.value;
+    EXPECT_EQ(figures.at("void_ratio_before_creep"), value(*first, "void_ratio")) << name;
+    EXPECT_EQ(figures.at("broken_before_creep"), value(*first, "broken_total")) << name;
+    EXPECT_EQ(figures.at("axial_stress_before_hold_Pa"), value(*first, "axial_stress_Pa")) << name;
+  }
+}
+
 TEST(Start, one_sheared_specimen_serves_many_creep_tests) {
   const std::string& sheared = kept().at("02_triaxial_end");
   std::set<std::string> digests;
@@ -456,8 +477,10 @@ TEST(Guard, names_a_servo_that_ran_away) {
   RunState state = *read_checkpoint(run->checkpoint());
   const CheckpointInfo info = *read_checkpoint_info(run->checkpoint());
   for (const bool was_on_target : {false, true}) {
-    state.cursor.target = state.specimen.walls.stress(2) / 20.0;
-    state.cursor.reached_cycle = was_on_target ? 0 : -1;
+    state.aim.axial = state.specimen.walls.stress(2) / 20.0;
+    std::optional<std::int64_t>& on_target = std::get<DynamicStage>(state.act).calm.on_target;
+    on_target.reset();
+    if (was_on_target) on_target = 0;
     auto resumed = creep::Run::resume(testing::short_job(), {}, write_checkpoint(state, info));
     ASSERT_TRUE(resumed.ok()) << resumed.status();
     const Batch batch = (*resumed)->advance(1);

@@ -209,10 +209,10 @@ TEST(Snapshot, holds_every_contact_between_particles) {
 
 TEST(Snapshot, tells_when_it_was_taken) {
   RunState state = crushed().state;
-  state.cursor.act = Cursor::Act::kDynamicStage;
-  state.cursor.stage = 1;
-  state.cursor.holding = true;
-  state.cursor.dynamic_stage = 7;
+  state.act = DynamicStage{};
+  state.stage = 1;
+  state.hold = Hold{};
+  state.hold->ageing_jumps = 7;
   state.next_sequence = 123456789012;
   state.specimen.clocks = {.age = 0.1, .dynamic_time = 1.0 / 3.0, .suspended_time = 0.0, .hold_start = 0.3};
   const auto pictures = snapshots(state, short_job(), crushed().dynamics.model());

@@ -174,8 +174,8 @@ std::string sealed(Container container) {
   return out;
 }
 
-/// Three grains of a run, two contacts, one split, with the cursor in this act.
-std::string small_checkpoint(const std::string& scattered, Cursor::Act act, bool turning = false,
+/// Three grains of a run, two contacts, one split, in this act.
+std::string small_checkpoint(const std::string& scattered, Act act, bool turning = false,
                              bool rubbed = false) {
   RunState state = *read_checkpoint(scattered);
   CheckpointInfo info = *read_checkpoint_info(scattered);
@@ -195,8 +195,14 @@ std::string small_checkpoint(const std::string& scattered, Cursor::Act act, bool
     state.specimen.walls.carried = {-1e-3, 0.0, 0.0};
   }
   if (rubbed) particles.wall_shear.assign(3, {{{0.5, -0.25}, {0.0, 0.0}, {1e-3, 0.0}}});
-  state.cursor.act = act;
-  state.cursor.stage = act == Cursor::Act::kPacking ? -1 : act == Cursor::Act::kLoading ? 0 : 1;
+  const bool packing = std::holds_alternative<PackingState>(act);
+  state.stage = packing ? -1 : std::holds_alternative<Loading>(act) ? 0 : 1;
+  if (!packing) state.packed = Packed{3, 0.7, 0.1, 0.05};
+  if (in_hold(act)) {
+    state.hold = Hold{};
+    state.hold->promise = Promise{1.0, 2.0};
+  }
+  state.act = act;
   info.state_digest = creep::digest_of(state);
   return write_checkpoint(state, info);
 }
@@ -230,13 +236,19 @@ void check_accepted(const std::string& bytes, const RunState& state) {
 std::vector<std::string> seeds() {
   const std::string scattered = (*Run::start(experiment(), {}))->checkpoint();
   std::vector<std::string> all = {scattered};
-  for (const Cursor::Act act : {Cursor::Act::kPacking, Cursor::Act::kLoading, Cursor::Act::kDynamicStage,
-                                Cursor::Act::kAgeing, Cursor::Act::kDone}) {
+  Loading loading;
+  loading.next_sample = 1e6;
+  DynamicStage stage;
+  stage.calm.on_target = 7;
+  stage.drift = Drift{300, 2.0, 0.01};
+  stage.strain_half_way = 0.01;
+  for (const Act& act :
+       {Act(PackingState{}), Act(loading), Act(stage), Act(Ageing{}), Act(Between{true}), Act(Done{true})}) {
     all.push_back(small_checkpoint(scattered, act));
   }
-  all.push_back(small_checkpoint(scattered, Cursor::Act::kDynamicStage, true));
-  all.push_back(small_checkpoint(scattered, Cursor::Act::kDynamicStage, false, true));
-  all.push_back(small_checkpoint(scattered, Cursor::Act::kLoading, true, true));
+  all.push_back(small_checkpoint(scattered, stage, true));
+  all.push_back(small_checkpoint(scattered, DynamicStage{}, false, true));
+  all.push_back(small_checkpoint(scattered, Loading{}, true, true));
   for (const std::string& one : all) {
     CREEP_CHECK(sealed(*split(one)) == one, "the format has changed: teach split() and digest_of() above");
   }
