@@ -11,6 +11,7 @@
 #include "client/terminal/exit_codes.h"
 #include "client/terminal/terminal.h"
 #include "core/experiment/experiment_toml.h"
+#include "core/experiment/wording.h"
 
 namespace creepctl {
 namespace {
@@ -78,7 +79,8 @@ int show(const Options& options, Connection& connection) {
   if (options.json) {
     print_json(to_json(job));
   } else if (options.spec) {
-    std::fwrite(job.spec().data(), 1, job.spec().size(), stdout);
+    const std::string spec = is_terminal(stdout) ? creep::printable_lines(job.spec()) : job.spec();
+    std::fwrite(spec.data(), 1, spec.size(), stdout);
   } else {
     print_text(job);
   }

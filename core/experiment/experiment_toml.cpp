@@ -28,13 +28,11 @@ const DocumentNode* section(TableReader& root, std::string_view key) {
 std::string one_line(TableReader& reader, std::string_view key, std::size_t longest) {
   const std::optional<std::string> text = reader.string(key);
   if (!text) return "";
-  const bool control = std::any_of(text->begin(), text->end(), [](char letter) {
-    return static_cast<unsigned char>(letter) < 0x20 || letter == 0x7F;
-  });
-  if (!control && text->size() <= longest) return *text;
-  reader.error(reader.position_of(key),
-               std::string(key) + " must be one line of at most " + std::to_string(longest) + " bytes");
-  return printable(*text);
+  std::string shown = printable(*text);
+  if (shown == *text && text->size() <= longest) return shown;
+  reader.error(reader.position_of(key), std::string(key) + " must be one line of at most " +
+                                            std::to_string(longest) + " bytes, without control characters");
+  return shown;
 }
 
 Start read_start(const DocumentNode& table, DiagnosticLog& log) {

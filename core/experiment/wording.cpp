@@ -33,28 +33,59 @@ std::size_t edit_distance(std::string_view from, std::string_view to) {
   return row[to.size()];
 }
 
-}  // namespace
+/// The bytes of the code point at the start of `text`; 0 if they are no UTF-8.
+std::size_t bytes_of_code_point(std::string_view text) {
+  const auto lead = static_cast<unsigned char>(text.front());
+  const std::size_t bytes = lead < 0x80   ? 1
+                            : lead < 0xC2 ? 0
+                            : lead < 0xE0 ? 2
+                            : lead < 0xF0 ? 3
+                            : lead < 0xF5 ? 4
+                                          : 0;
+  if (bytes > text.size()) return 0;
+  for (std::size_t i = 1; i < bytes; ++i) {
+    if (!continues_code_point(text[i])) return 0;
+  }
+  return bytes;
+}
 
-std::string printable(std::string_view text) {
+/// Whether a terminal obeys these bytes rather than shows them: U+0000 to U+001F, U+007F to U+009F, the
+/// marks, embeddings, overrides and isolates of right-to-left writing, line and paragraph separators.
+bool is_obeyed(std::string_view bytes) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
+  if (bytes.size() == 1) return byte(0) < 0x20 || byte(0) == 0x7F;
+  if (bytes.size() == 2) return (byte(0) == 0xC2 && byte(1) < 0xA0) || bytes == "\xD8\x9C";
+  if (bytes.size() != 3 || byte(0) != 0xE2) return false;
+  if (byte(1) == 0x80) return byte(2) == 0x8E || byte(2) == 0x8F || (byte(2) >= 0xA8 && byte(2) <= 0xAE);
+  return byte(1) == 0x81 && byte(2) >= 0xA6 && byte(2) <= 0xA9;
+}
+
+std::string escaped(std::string_view text, std::string_view kept) {
   constexpr std::string_view kHex = "0123456789ABCDEF";
   std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    if (byte < 0x20 || byte == 0x7F) {
+  while (!text.empty()) {
+    const std::size_t known = bytes_of_code_point(text);
+    const std::string_view bytes = text.substr(0, std::max<std::size_t>(1, known));
+    text.remove_prefix(bytes.size());
+    if (kept.find(bytes) != std::string_view::npos || (known != 0 && !is_obeyed(bytes))) {
+      out += bytes;
+      continue;
+    }
+    // Of U+0080 to U+009F the second byte is the number.
+    for (const char byte : bytes[0] == '\xC2' && bytes.size() == 2 ? bytes.substr(1) : bytes) {
       out += "\\x";
-      out += kHex[byte >> 4U];
-      out += kHex[byte & 15U];
-    } else if (byte == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0) {
-      out += "\\x";  // U+0080 to U+009F: control characters of some terminals
-      out += kHex[static_cast<unsigned char>(text[i + 1]) >> 4U];
-      out += kHex[static_cast<unsigned char>(text[i + 1]) & 15U];
-      ++i;
-    } else {
-      out += text[i];
+      out += kHex[static_cast<unsigned char>(byte) >> 4U];
+      out += kHex[static_cast<unsigned char>(byte) & 15U];
     }
   }
   return out;
 }
+
+}  // namespace
+
+std::string printable(std::string_view text) { return escaped(text, ""); }
+
+std::string printable_lines(std::string_view text) { return escaped(text, "\n\t"); }
 
 std::string quoted(std::string_view text) {
   std::size_t end = 0;

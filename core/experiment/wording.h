@@ -11,8 +11,13 @@ namespace creep {
 /// `text` in double quotes, control characters escaped, cut to 60 code points: safe on a terminal.
 std::string quoted(std::string_view text);
 
-/// Control characters of `text` escaped, nothing else changed.
+/// Everything of `text` that a terminal obeys rather than shows is escaped as \xNN, and so is what is no
+/// UTF-8: control characters, also those of 8 bits, and the marks that turn the direction of writing. Nothing
+/// else is changed.
 std::string printable(std::string_view text);
+
+/// The same, with line ends and tabs left.
+std::string printable_lines(std::string_view text);
 
 /// "a, b, c"
 std::string listed(std::span<const std::string_view> words);
