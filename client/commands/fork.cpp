@@ -10,6 +10,7 @@
 #include "client/remote/message_json.h"
 #include "client/remote/remote_job.h"
 #include "client/terminal/exit_codes.h"
+#include "client/terminal/terminal.h"
 
 namespace creepctl {
 namespace {
@@ -43,14 +44,12 @@ int fork(const Options& options) {
   } else {
     request.set_checkpoint(options.checkpoint);
   }
-  for (const std::string& change : options.changes) {
-    const std::size_t equals = change.find('=');
-    if (equals == std::string::npos) {
-      std::fprintf(stderr, "creepctl: --set takes KEY=VALUE, not %s\n", change.c_str());
-      return kUsage;
-    }
-    (*request.mutable_overrides())[change.substr(0, equals)] = change.substr(equals + 1);
+  const auto overrides = parse_overrides(options.changes);
+  if (!overrides.ok()) {
+    complain(std::string(overrides.status().message()));
+    return kUsage;
   }
+  for (const auto& [key, value] : *overrides) (*request.mutable_overrides())[key] = value;
   request.set_priority(options.priority);
   request.set_request_id(options.request_id.empty() ? new_request_id() : options.request_id);
   return with_connection(options.server, [&](Connection& connection) {

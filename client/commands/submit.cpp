@@ -16,6 +16,7 @@ namespace {
 struct Options {
   ServerOptions server;
   std::string job;
+  std::vector<std::string> changes;
   std::vector<std::string> labels;
   int priority = 0;
   std::string request_id;
@@ -26,7 +27,13 @@ struct Options {
 int submit(const Options& options) {
   api::SubmitJobRequest request;
   set_labels(options.labels, *request.mutable_labels());
-  const JobFile job = read_job_file(options.job);
+  const auto overrides = parse_overrides(options.changes);
+  if (!overrides.ok()) {
+    complain(std::string(overrides.status().message()));
+    return kUsage;
+  }
+  // Set here, not by the daemon: one of before would pass over them.
+  const JobFile job = read_job_file(options.job, *overrides);
   print_diagnostics(job);
   if (!job.experiment) return kInvalidInput;
   request.set_spec(job.text);
@@ -59,6 +66,13 @@ void add_submit(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("submit", "Puts a job into the daemon's queue");
   auto options = std::make_shared<Options>();
   command->add_option("JOB", options->job, "The job file")->required();
+  command
+      ->add_option("--set", options->changes,
+                   "KEY=VALUE of the job file, like specimen.seed=7 or program.0.duration=\"2 d\"; can be given "
+                   "again. The job's file is the text with them, its comments are lost")
+      ->expected(1)
+      ->take_all()
+      ->type_name("KEY=VALUE");
   command->add_option("--label", options->labels, "KEY=VALUE to find it by; can be given again")
       ->expected(1)
       ->take_all()

@@ -4,7 +4,7 @@
 Needs python3-grpcio and python3-protobuf, and the code made from the proto:
 
   protoc -I proto --python_out=OUT --grpc_out=OUT --plugin=protoc-gen-grpc=/usr/bin/grpc_python_plugin \\
-      proto/creep/v1/creep.proto proto/google/rpc/status.proto proto/google/rpc/error_details.proto
+      proto/creep/v1/creep.proto proto/creep/v1/details.proto
   PYTHONPATH=OUT python_client.py unix:/run/user/1000/creepd.sock job.toml samples.csv result.csv
 """
 import sys
@@ -12,8 +12,7 @@ import uuid
 
 import grpc
 from creep.v1 import creep_pb2 as creep
-from creep.v1 import creep_pb2_grpc
-from google.rpc import error_details_pb2, status_pb2
+from creep.v1 import creep_pb2_grpc, details_pb2
 
 # The daemon is away, or was going down when the call came.
 LOST = (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.CANCELLED)
@@ -24,9 +23,9 @@ def violations(error):
     """Everything that is wrong with a request, as FIELD: DESCRIPTION lines."""
     for key, value in error.trailing_metadata() or ():
         if key == "grpc-status-details-bin":
-            for detail in status_pb2.Status.FromString(value).details:
-                bad = error_details_pb2.BadRequest()
-                if detail.Unpack(bad):
+            for detail in details_pb2.Status.FromString(value).details:
+                if detail.type_url.endswith("/google.rpc.BadRequest"):
+                    bad = details_pb2.BadRequest.FromString(detail.value)
                     return [f"{v.field}: {v.description}" for v in bad.field_violations]
     return []
 

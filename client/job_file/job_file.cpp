@@ -84,9 +84,39 @@ FileDiagnostic as_written(const JobFile& job, const Insertion& insertion, creep:
   return {job.path, diagnostic};
 }
 
+/// Sets the keys in the completed text and checks it.
+void set_all(const std::vector<creep::Override>& overrides, JobFile& job) {
+  std::vector<creep::OverrideFault> faults;
+  const auto say = [&](const std::string& what) {
+    job.errors.push_back({job.path, {1, 1, "with --set: " + what}});
+  };
+  auto text = creep::with_overrides(job.text, overrides, &faults);
+  for (const creep::OverrideFault& fault : faults) say(fault.message);
+  if (!text.ok()) {
+    if (faults.empty()) say(std::string(text.status().message()));
+    return;
+  }
+  job.text = *std::move(text);
+  creep::ParseResult parsed = creep::parse_experiment(job.text);
+  for (const creep::Diagnostic& error : parsed.errors) say(error.message);
+  for (const creep::Diagnostic& warning : parsed.warnings)
+    job.warnings.push_back({job.path, {1, 1, "with --set: " + warning.message}});
+  if (job.errors.empty()) job.experiment = std::move(parsed.experiment);
+}
+
 }  // namespace
 
-JobFile read_job_file(const std::string& path) {
+absl::StatusOr<std::vector<creep::Override>> parse_overrides(const std::vector<std::string>& settings) {
+  std::vector<creep::Override> overrides;
+  for (const std::string& setting : settings) {
+    auto parsed = creep::parse_override(setting);
+    if (!parsed) return absl::InvalidArgumentError("--set takes KEY=VALUE, not " + setting);
+    overrides.push_back(*std::move(parsed));
+  }
+  return overrides;
+}
+
+JobFile read_job_file(const std::string& path, const std::vector<creep::Override>& overrides) {
   JobFile job;
   job.path = path;
   const absl::StatusOr<std::string> bytes = read_bytes(path);
@@ -104,6 +134,10 @@ JobFile read_job_file(const std::string& path) {
                        "\"fontainebleau-ne34\"");
       job.text.replace(grading->key_begin, grading->key_end - grading->key_begin, "preset");
     }
+  }
+  if (!overrides.empty()) {
+    set_all(overrides, job);
+    return job;
   }
   const creep::ParseResult parsed = creep::parse_experiment(job.text);
   for (const auto& error : parsed.errors) job.errors.push_back(as_written(job, insertion, error));

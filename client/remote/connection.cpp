@@ -17,8 +17,7 @@
 #include "client/terminal/exit_codes.h"
 #include "client/terminal/terminal.h"
 #include "creep/v1/creep.grpc.pb.h"
-#include "google/rpc/error_details.pb.h"
-#include "google/rpc/status.pb.h"
+#include "creep/v1/details.pb.h"
 
 namespace creepctl {
 namespace {
@@ -34,16 +33,18 @@ CallResult result_of(const grpc::Status& status) {
   if (status.ok()) return result;
   // The codes of gRPC and of absl::Status are the same numbers.
   result.status = absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
-  google::rpc::Status details;
+  api::details::Status details;
   if (!details.ParseFromString(status.error_details())) return result;
   for (const google::protobuf::Any& detail : details.details()) {
-    google::rpc::ErrorInfo info;
-    google::rpc::BadRequest bad_request;
-    if (detail.UnpackTo(&info)) {
+    api::details::ErrorInfo info;
+    api::details::BadRequest bad_request;
+    if (absl::EndsWith(detail.type_url(), "/google.rpc.ErrorInfo") && info.ParseFromString(detail.value())) {
       result.reason = info.reason();
-    } else if (detail.UnpackTo(&bad_request)) {
+    } else if (absl::EndsWith(detail.type_url(), "/google.rpc.BadRequest") &&
+               bad_request.ParseFromString(detail.value())) {
       for (const auto& violation : bad_request.field_violations()) {
-        result.violations.push_back({violation.field(), violation.description()});
+        result.violations.push_back(
+            {violation.field(), violation.description(), violation.line(), violation.column()});
       }
     }
   }
@@ -312,6 +313,7 @@ void print_failure(const CallResult& result, const std::string& job_file) {
   bool said = false;  // the message of a refused request repeats its first violation
   for (const Violation& violation : result.violations) {
     said = said || absl::StrContains(message, violation.description);
+    // By the text: a daemon of before tells no numbers.
     if (absl::StartsWith(violation.field, "spec:") && !job_file.empty()) {
       std::fprintf(stderr, "%s%s: %s %s\n", job_file.c_str(), violation.field.c_str() + 4,
                    red("error:", stderr).c_str(), violation.description.c_str());

@@ -34,12 +34,14 @@ absl::StatusOr<std::string> server_target(const std::string& address);
 struct Violation {
   std::string field;
   std::string description;
+  int line = 0;  ///< of the job file, from 1; 0 = not a place in it
+  int column = 0;
 };
 
 /// How a call ended.
 struct CallResult {
   absl::Status status;
-  std::string reason;  ///< of google.rpc.ErrorInfo; "" if the answer did not come from creepd itself
+  std::string reason;  ///< of ErrorInfo (details.proto); "" if the answer did not come from creepd itself
   std::vector<Violation> violations;
 
   bool ok() const { return status.ok(); }

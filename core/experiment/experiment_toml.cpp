@@ -93,15 +93,17 @@ Experiment read_experiment(const DocumentNode& document, DiagnosticLog& log) {
   return experiment;
 }
 
-void sort_and_cut(std::vector<Diagnostic>& diagnostics) {
+/// Returns how many the last of them stands for, if they were cut.
+std::size_t sort_and_cut(std::vector<Diagnostic>& diagnostics) {
   std::stable_sort(diagnostics.begin(), diagnostics.end(), [](const Diagnostic& a, const Diagnostic& b) {
     return std::tie(a.line, a.column) < std::tie(b.line, b.column);
   });
-  if (diagnostics.size() <= kMostDiagnostics) return;
+  if (diagnostics.size() <= kMostDiagnostics) return 0;
   const std::size_t more = diagnostics.size() - kMostDiagnostics;
   diagnostics.resize(kMostDiagnostics);
   const Diagnostic last = diagnostics.back();
   diagnostics.push_back({last.line, last.column, "and " + std::to_string(more) + " more like these"});
+  return more;
 }
 
 /// The byte offset of a place in the text.
@@ -135,7 +137,7 @@ ParseResult parse_experiment(std::string_view text) {
   }
   DiagnosticLog log;
   Experiment experiment = read_experiment(document.root, log);
-  sort_and_cut(log.errors);
+  result.more_errors = sort_and_cut(log.errors);
   sort_and_cut(log.warnings);
   if (log.errors.empty()) result.experiment = std::move(experiment);
   result.errors = std::move(log.errors);

@@ -14,6 +14,7 @@ namespace creep {
 struct ParseResult {
   std::optional<Experiment> experiment;  ///< there exactly when `errors` is empty
   std::vector<Diagnostic> errors;        ///< in the order of the text
+  std::size_t more_errors = 0;           ///< for which the last of `errors` stands; 0: all are told
   std::vector<Diagnostic> warnings;      ///< in the order of the text
 };
 

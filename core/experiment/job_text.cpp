@@ -166,12 +166,23 @@ absl::Status set(DocumentNode& root, const Override& wanted) {
 
 }  // namespace
 
-absl::StatusOr<std::string> with_overrides(std::string_view text, const std::vector<Override>& overrides) {
+std::optional<Override> parse_override(std::string_view text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string_view::npos || equals == 0) return std::nullopt;
+  return Override(text.substr(0, equals), text.substr(equals + 1));
+}
+
+absl::StatusOr<std::string> with_overrides(std::string_view text, const std::vector<Override>& overrides,
+                                           std::vector<OverrideFault>* faults) {
   auto root = parsed(text);
   if (!root.ok()) return root.status();
+  absl::Status wrong;
   for (const Override& wanted : overrides) {
-    if (auto status = set(*root, wanted); !status.ok()) return status;
+    const absl::Status status = set(*root, wanted);
+    wrong.Update(status);
+    if (!status.ok() && faults != nullptr) faults->push_back({wanted.first, std::string(status.message())});
   }
+  if (!wrong.ok()) return wrong;
   return document_text(*root);
 }
 

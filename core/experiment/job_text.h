@@ -17,9 +17,18 @@ namespace creep {
 /// is TOML; what is not, like 2 d, is taken as a string.
 using Override = std::pair<std::string, std::string>;
 
+/// "KEY=VALUE" as it is written behind --set; none without a key or a '='.
+std::optional<Override> parse_override(std::string_view text);
+
+struct OverrideFault {
+  std::string key;
+  std::string message;
+};
+
 /// The text with each key set in turn; what is missing on the way is made. Error: InvalidArgument, with the
-/// key, or the place in the text.
-absl::StatusOr<std::string> with_overrides(std::string_view text, const std::vector<Override>& overrides);
+/// key, or the place in the text. `faults` gets every override that cannot be set.
+absl::StatusOr<std::string> with_overrides(std::string_view text, const std::vector<Override>& overrides,
+                                           std::vector<OverrideFault>* faults = nullptr);
 
 /// The text without these keys; one that is not there is passed over. Error: InvalidArgument, with the place
 /// in the text.

@@ -8,7 +8,7 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include "server/api/convert.h"
+#include "server/api/error_trailer.h"
 #include "server/jobs/jobs.h"
 #include "server/rules/refusal.h"
 
@@ -22,7 +22,7 @@ inline grpc::Status to_grpc(const absl::Status& status) {
   // Errors of the file system come with codes of their own; to a caller they are one thing.
   absl::StatusCode code = status.code();
   if (refusal_of(status).reason.empty()) code = absl::StatusCode::kUnavailable;
-  return {static_cast<grpc::StatusCode>(code), std::string(status.message()), error_details(status)};
+  return {static_cast<grpc::StatusCode>(code), error_message(status), error_details(status)};
 }
 
 /// Over the unix socket the user that the kernel names; over TLS the name in the certificate.

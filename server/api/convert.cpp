@@ -8,9 +8,6 @@
 
 #include "absl/strings/ascii.h"
 #include "core/arithmetic/check.h"
-#include "google/rpc/error_details.pb.h"
-#include "google/rpc/status.pb.h"
-#include "server/rules/refusal.h"
 
 namespace creepd {
 namespace {
@@ -158,33 +155,6 @@ void to_message(const Artifact& artifact, v1::Artifact& message) {
   message.set_size_bytes(artifact.size);
   set_moment(artifact.modified, *message.mutable_modify_time());
   message.set_etag(artifact.etag);
-}
-
-std::string error_details(const absl::Status& status) {
-  const Refusal refusal = refusal_of(status);
-  google::rpc::Status details;
-  details.set_code(static_cast<int>(status.code()));
-  details.set_message(std::string(status.message()));
-  google::rpc::ErrorInfo info;
-  info.set_reason(refusal.reason.empty() ? "STORAGE_FAILED" : refusal.reason);
-  info.set_domain("creepd");
-  for (const auto& [key, value] : refusal.facts) (*info.mutable_metadata())[key] = value;
-  details.add_details()->PackFrom(info);
-  if (!refusal.violations.empty()) {
-    google::rpc::BadRequest request;
-    for (const Violation& violation : refusal.violations) {
-      auto& message = *request.add_field_violations();
-      message.set_field(violation.field);
-      message.set_description(violation.description);
-    }
-    details.add_details()->PackFrom(request);
-  }
-  if (refusal.retry_seconds) {
-    google::rpc::RetryInfo retry;
-    retry.mutable_retry_delay()->set_seconds(*refusal.retry_seconds);
-    details.add_details()->PackFrom(retry);
-  }
-  return details.SerializeAsString();
 }
 
 }  // namespace creepd

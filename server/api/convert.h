@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "absl/status/status.h"
 #include "core/output/record.h"
 #include "creep/v1/creep.pb.h"
 #include "server/folders/job_files.h"
@@ -24,8 +23,5 @@ void to_message(const creep::Record& sample, std::uint64_t index, creep::v1::Sam
 
 /// progress.json; nothing for an empty or broken text. False if nothing was set.
 bool to_message(const std::string& progress_json, creep::v1::Progress& message);
-
-/// google.rpc.Status with ErrorInfo, BadRequest and RetryInfo, serialized for the trailer.
-std::string error_details(const absl::Status& status);
 
 }  // namespace creepd

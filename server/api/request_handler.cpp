@@ -27,7 +27,8 @@ Submission submission_of(const Request& request) {
   return {request.spec(),
           request.request_id(),
           {request.labels().begin(), request.labels().end()},
-          request.priority()};
+          request.priority(),
+          {request.overrides().begin(), request.overrides().end()}};
 }
 
 /// Ties a page token to the list it came from.
@@ -85,10 +86,8 @@ absl::Status RequestHandler::fork(const Caller& caller, const v1::ForkJobRequest
   if (request.generation() != 0 && !request.checkpoint().empty()) {
     return bad_request({{"checkpoint", "give either checkpoint or generation, not both"}});
   }
-  Submission submission = submission_of(request);
-  submission.overrides = {request.overrides().begin(), request.overrides().end()};
-  const auto inserted =
-      jobs_.fork(caller, request.job(), {request.generation(), request.checkpoint()}, std::move(submission));
+  const auto inserted = jobs_.fork(caller, request.job(), {request.generation(), request.checkpoint()},
+                                   submission_of(request));
   if (!inserted.ok()) return inserted.status();
   response.set_already_existed(inserted->already_existed);
   return fill(inserted->job, *response.mutable_job());
@@ -98,7 +97,12 @@ absl::Status RequestHandler::plan(const Caller& caller, const v1::PlanJobRequest
                                   v1::PlanJobResponse& response) {
   if (request.request_id().empty())
     return bad_request({{"request_id", "must be given: by it the pilot is found again"}});
-  auto spec = pilot_spec(request.spec());
+  Submission asked;
+  asked.spec = request.spec();
+  asked.overrides = {request.overrides().begin(), request.overrides().end()};
+  const auto whole = Jobs::completed(std::move(asked));
+  if (!whole.ok()) return whole.status();
+  auto spec = pilot_spec(whole->spec);
   if (!spec.ok()) return spec.status();
   Submission submission;
   submission.spec = *std::move(spec);
@@ -115,7 +119,7 @@ absl::Status RequestHandler::plan(const Caller& caller, const v1::PlanJobRequest
   }
   if (pilot.state == JobState::kSucceeded) {
     const std::string reason = pilot.message.empty() ? "completed" : pilot.message;
-    const auto planned = read_job_plan(request.spec(), jobs_.folder(pilot.id), reason);
+    const auto planned = read_job_plan(whole->spec, jobs_.folder(pilot.id), reason);
     if (!planned.ok()) {
       return refuse(absl::StatusCode::kDataLoss, std::string(planned.status().message()),
                     {"PILOT_DAMAGED", {{"job", pilot.id}}, {}, {}});

@@ -31,6 +31,7 @@
 #include "core/state/checkpoint.h"
 #include "core/state/program_version.h"
 #include "server/api/answer.h"
+#include "server/api/parse_refusal.h"
 #include "server/api/service.h"
 #include "server/host/daemon_log.h"
 #include "server/jobs/spec_check.h"
@@ -156,6 +157,12 @@ struct Server::Impl {
     grpc::ServerBuilder builder;
     builder.RegisterService(&service);
     builder.SetMaxReceiveMessageSize(kMostMessageBytes);
+    // gRPC inflates a message before it looks at its size: 1 MB of gzip would take 1 GB.
+    builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
+    builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
+    std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+    interceptors.push_back(refuse_what_does_not_parse());
+    builder.experimental().SetInterceptorCreators(std::move(interceptors));
     builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kPing);
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);

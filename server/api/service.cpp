@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/folder/durable_file.h"
 #include "server/api/answer.h"
+#include "server/api/convert.h"
 
 namespace creepd {
 namespace {

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/api/answer.h"
+#include "server/api/convert.h"
 #include "server/rules/event_feed.h"
 
 namespace creepd {

@@ -22,6 +22,7 @@ namespace {
 
 constexpr std::size_t kMostLabels = 32;
 constexpr std::size_t kMostLabelValue = 256;
+constexpr std::size_t kMostOverrides = 64;
 constexpr std::size_t kMostRequestId = 128;
 constexpr int kMostPriority = 100;
 
@@ -57,7 +58,7 @@ absl::Status check_fields(const Submission& submission) {
           {absl::StrCat("labels[", key, "]"), absl::StrCat("longer than ", kMostLabelValue, " bytes")});
     }
   }
-  if (std::abs(submission.priority) > kMostPriority) {
+  if (submission.priority < -kMostPriority || submission.priority > kMostPriority) {
     violations.push_back({"priority", absl::StrCat("must be from ", -kMostPriority, " to ", kMostPriority)});
   }
   const auto printable = [](char c) { return c > ' ' && c < 127; };
@@ -95,25 +96,30 @@ std::string name_of(const CheckpointChoice& choice) {
 
 std::string quoted(const std::string& text) { return absl::StrCat("\"", text, "\""); }
 
+/// A job file with all keys of the overrides set; every one that cannot be is a violation.
+absl::StatusOr<std::string> overridden(const std::string& spec,
+                                       const std::map<std::string, std::string>& overrides) {
+  if (overrides.empty()) return spec;
+  if (overrides.size() > kMostOverrides) {
+    return bad_request({{"overrides", absl::StrCat(overrides.size(), " given; at most ", kMostOverrides)}});
+  }
+  std::vector<creep::OverrideFault> faults;
+  auto changed = creep::with_overrides(spec, {overrides.begin(), overrides.end()}, &faults);
+  if (changed.ok()) return changed;
+  if (faults.empty()) return spec;  // is no TOML: the check that follows says where
+  std::vector<Violation> violations;
+  for (const creep::OverrideFault& fault : faults)
+    violations.push_back({absl::StrCat("overrides[", fault.key, "]"), fault.message});
+  return bad_request(std::move(violations));
+}
+
 /// The job file of a derived job: that of its parent or its own, which takes over the sections that it leaves
 /// out; then what is overridden.
 absl::StatusOr<std::string> whole_spec(const Submission& submission, const std::string& parent) {
-  const auto wrong = [](const std::string& field, const absl::Status& status) {
-    const std::string message(status.message());
-    return refuse(absl::StatusCode::kInvalidArgument, message, {"BAD_REQUEST", {}, {{field, message}}, {}});
-  };
-  std::string spec = parent;
-  if (!submission.spec.empty()) {
-    auto whole = creep::with_sections_of(submission.spec, parent);
-    if (!whole.ok()) return wrong("spec", whole.status());
-    spec = *std::move(whole);
-  }
-  for (const auto& change : submission.overrides) {
-    auto changed = creep::with_overrides(spec, {change});
-    if (!changed.ok()) return wrong(absl::StrCat("overrides[", change.first, "]"), changed.status());
-    spec = *std::move(changed);
-  }
-  return spec;
+  if (submission.spec.empty()) return overridden(parent, submission.overrides);
+  const auto whole = creep::with_sections_of(submission.spec, parent);
+  if (!whole.ok()) return bad_request({{"spec", std::string(whole.status().message())}});
+  return overridden(*whole, submission.overrides);
 }
 
 /// The same as a job that starts from a checkpoint of another.
@@ -144,9 +150,31 @@ Jobs::Jobs(std::filesystem::path jobs, JobLimits limits, JobStore& store, Sample
            std::function<void()> wake)
     : jobs_(std::move(jobs)), limits_(limits), store_(store), samples_(samples), wake_(std::move(wake)) {}
 
-absl::StatusOr<Job> Jobs::check(const Caller& caller, const Submission& submission) const {
+absl::StatusOr<Submission> Jobs::completed(Submission submission) {
+  // A longer one is no job file, and is refused without being read.
+  if (submission.spec.size() > kMostSpecBytes) submission.overrides.clear();
+  auto spec = overridden(submission.spec, submission.overrides);
+  if (!spec.ok()) return spec.status();
+  submission.spec = *std::move(spec);
+  submission.overrides.clear();
+  return submission;
+}
+
+absl::StatusOr<Job> Jobs::check(const Caller& caller, const Submission& asked) const {
+  const auto completed_one = completed(asked);
+  if (!completed_one.ok()) return completed_one.status();
+  const Submission& submission = *completed_one;
   auto checked = check_all(caller, submission);
   if (!checked.ok()) return checked.status();
+  if (checked->start) {
+    const std::string& source = checked->start->job;
+    auto derived = check_derived(caller, source, choice_of(checked->start->checkpoint), submission);
+    if (!derived.ok()) return derived.status();
+    checked->job = std::move(derived->checked.job);
+    checked->job.parent = source;
+    checked->job.parent_generation = derived->checkpoint.choice.generation;
+  }
+  if (auto status = check_room(checked->job.memory_estimate); !status.ok()) return status;
   return std::move(checked->job);
 }
 
@@ -192,12 +220,15 @@ absl::StatusOr<JobStore::Inserted> Jobs::insert(Job job, const RequestKey& key,
   return inserted;
 }
 
-absl::StatusOr<JobStore::Inserted> Jobs::submit(const Caller& caller, const Submission& submission) {
-  const RequestKey key = key_of(submission, "", {});
+absl::StatusOr<JobStore::Inserted> Jobs::submit(const Caller& caller, const Submission& asked) {
+  const RequestKey key = key_of(asked, "", {});
   if (auto earlier = store_.find_request(caller.owner, key); !earlier.ok() || *earlier) {
     if (!earlier.ok()) return earlier.status();
     return JobStore::Inserted{**std::move(earlier), true};
   }
+  const auto completed_one = completed(asked);
+  if (!completed_one.ok()) return completed_one.status();
+  const Submission& submission = *completed_one;
   auto checked = check_all(caller, submission);
   if (!checked.ok()) return checked.status();
   if (checked->start) {
@@ -239,12 +270,12 @@ absl::Status Jobs::without_checkpoint(const Caller& caller, const std::string& s
   return refuse(wrong.code(), std::string(wrong.message()), all);
 }
 
-absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std::string& source,
-                                                const CheckpointChoice& choice, Submission submission,
-                                                const RequestKey& key) {
+absl::StatusOr<Jobs::Derived> Jobs::check_derived(const Caller& caller, const std::string& source,
+                                                  const CheckpointChoice& choice,
+                                                  Submission submission) const {
   const auto parent = get(caller, source);
   if (!parent.ok()) return parent.status();
-  const auto checkpoint = choose_checkpoint(folder(source), choice);
+  auto checkpoint = choose_checkpoint(folder(source), choice);
   if (!checkpoint.ok()) {
     return without_checkpoint(caller, source, choice, std::move(submission), parent->spec,
                               checkpoint.status());
@@ -268,17 +299,26 @@ absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std:
                   "the program of this checkpoint is carried out: give the new job another one",
                   {"NOTHING_LEFT", {}, {}, {}});
   }
-  Job& job = checked->job;
+  return Derived{*std::move(checked), *std::move(checkpoint), goes_on};
+}
+
+absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std::string& source,
+                                                const CheckpointChoice& choice, Submission submission,
+                                                const RequestKey& key) {
+  auto derived = check_derived(caller, source, choice, std::move(submission));
+  if (!derived.ok()) return derived.status();
+  Job& job = derived->checked.job;
   if (auto status = check_room(job.memory_estimate); !status.ok()) return status;
   job.id = new_id();
   job.parent = source;
-  job.parent_generation = checkpoint->choice.generation;
+  job.parent_generation = derived->checkpoint.choice.generation;
   const std::filesystem::path made = folder(job.id);
-  if (auto status = make_job_folder(made, submission.spec); !status.ok()) return status;
+  if (auto status = make_job_folder(made, job.spec); !status.ok()) return status;
   // What is taken over exists nowhere else: durable before the row.
-  absl::Status taken = secure_job_folder(made, submission.spec);
+  absl::Status taken = secure_job_folder(made, job.spec);
   if (taken.ok()) {
-    taken = goes_on ? continue_from(folder(source), *checkpoint, made) : start_from(*checkpoint, made);
+    taken = derived->goes_on ? continue_from(folder(source), derived->checkpoint, made)
+                             : start_from(derived->checkpoint, made);
   }
   if (!taken.ok()) {
     std::error_code ignored;
@@ -288,7 +328,7 @@ absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std:
   return insert(std::move(job), key, made);
 }
 
-absl::StatusOr<Job> Jobs::get(const Caller& caller, const std::string& id) {
+absl::StatusOr<Job> Jobs::get(const Caller& caller, const std::string& id) const {
   auto job = store_.get(id);
   if (job.ok() && !caller.admin && job->owner != caller.owner) return job_not_found(id);
   return job;

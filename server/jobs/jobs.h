@@ -28,8 +28,7 @@ struct Submission {
   std::string request_id;
   std::map<std::string, std::string> labels;
   std::int32_t priority = 0;
-  std::map<std::string, std::string> overrides =
-      {};  ///< of a fork: keys of the job file, in order of the key
+  std::map<std::string, std::string> overrides = {};  ///< keys of the job file, in order of the key
 };
 
 struct JobLimits {
@@ -44,12 +43,16 @@ class Jobs {
   Jobs(std::filesystem::path jobs, JobLimits limits, JobStore& store, SampleLibrary& samples,
        std::function<void()> wake);
 
+  /// The job file of a submission with its overrides, which it then has no more. Errors: InvalidArgument
+  /// BAD_REQUEST.
+  static absl::StatusOr<Submission> completed(Submission submission);
+
   /// Errors of all: creep.proto. NotFound for the jobs of others.
   absl::StatusOr<Job> check(const Caller& caller, const Submission& submission) const;
   absl::StatusOr<JobStore::Inserted> submit(const Caller& caller, const Submission& submission);
   absl::StatusOr<JobStore::Inserted> fork(const Caller& caller, const std::string& source,
                                           const CheckpointChoice& choice, Submission submission);
-  absl::StatusOr<Job> get(const Caller& caller, const std::string& id);
+  absl::StatusOr<Job> get(const Caller& caller, const std::string& id) const;
   absl::StatusOr<Job> pause(const Caller& caller, const std::string& id);
   absl::StatusOr<Job> resume(const Caller& caller, const std::string& id);
   absl::StatusOr<Job> cancel(const Caller& caller, const std::string& id, bool now);
@@ -65,6 +68,13 @@ class Jobs {
     std::optional<creep::Start> start;
   };
   absl::StatusOr<Checked> check_all(const Caller& caller, const Submission& submission) const;
+  struct Derived {
+    Checked checked;
+    ChosenCheckpoint checkpoint;
+    bool goes_on = false;  ///< the experiment of the checkpoint, not another
+  };
+  absl::StatusOr<Derived> check_derived(const Caller& caller, const std::string& source,
+                                        const CheckpointChoice& choice, Submission submission) const;
   /// A new job from a checkpoint of `source`: its own experiment goes on, or another starts.
   absl::StatusOr<JobStore::Inserted> derive(const Caller& caller, const std::string& source,
                                             const CheckpointChoice& choice, Submission submission,

@@ -19,15 +19,17 @@ std::uint64_t memory_for(const creep::Experiment& experiment) {
   return static_cast<std::uint64_t>(kProgram + each * creep::crushed_particle_count(experiment));
 }
 
-absl::Status invalid(std::vector<Violation> violations) {
+absl::Status invalid(std::vector<Violation> violations, std::size_t left_out = 0) {
   const std::string first = absl::StrCat(violations.front().field, ": ", violations.front().description);
-  const std::string more =
-      violations.size() > 1 ? absl::StrCat(" (and ", violations.size() - 1, " more)") : "";
+  const std::size_t others = violations.size() - 1 + left_out;
+  const std::string more = others > 0 ? absl::StrCat(" (and ", others, " more)") : "";
   return refuse(absl::StatusCode::kInvalidArgument, absl::StrCat("the job file is wrong: ", first, more),
-                {"INVALID_SPEC", {}, std::move(violations), {}});
+                {"INVALID_SPEC", {}, std::move(violations), {}, left_out});
 }
 
-std::string place_of(int line, int column) { return absl::StrCat("spec:", line, ":", column); }
+Violation at(int line, int column, std::string_view what) {
+  return {absl::StrCat("spec:", line, ":", column), std::string(what), line, column};
+}
 
 }  // namespace
 
@@ -36,16 +38,16 @@ absl::StatusOr<CheckedSpec> check_spec(std::string_view text) {
     return invalid({{"spec", absl::StrCat(text.size(), " bytes; at most ", kMostSpecBytes, " are taken")}});
   }
   if (const auto file = creep::find_grading_file(text)) {
-    return invalid(
-        {{place_of(file->value_position.line, file->value_position.column),
-          "the daemon opens no files: give the grading as points (creepctl submit puts them in)"}});
+    return invalid({at(file->value_position.line, file->value_position.column,
+                       "the daemon opens no files: give the grading as points (creepctl submit puts them in)")});
   }
   const creep::ParseResult parsed = creep::parse_experiment(text);
   std::vector<Violation> violations;
   for (const creep::Diagnostic& error : parsed.errors) {
-    violations.push_back({place_of(error.line, error.column), error.message});
+    violations.push_back(at(error.line, error.column, error.message));
   }
-  if (!violations.empty()) return invalid(std::move(violations));
+  if (parsed.more_errors > 0) violations.pop_back();
+  if (!violations.empty()) return invalid(std::move(violations), parsed.more_errors);
   const double particles = creep::initial_particle_count(parsed.experiment->specimen);
   if (particles > static_cast<double>(kMostParticles)) {
     return invalid({{"spec", absl::StrCat("about ", static_cast<std::int64_t>(particles),

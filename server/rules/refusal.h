@@ -15,6 +15,8 @@ namespace creepd {
 struct Violation {
   std::string field;
   std::string description;
+  int line = 0;  ///< of the job file, from 1; 0 = not a place in it
+  int column = 0;
 };
 
 struct Refusal {
@@ -22,6 +24,7 @@ struct Refusal {
   std::vector<std::pair<std::string, std::string>> facts;
   std::vector<Violation> violations;
   std::optional<int> retry_seconds;
+  std::size_t left_out = 0;  ///< violations beyond these
 };
 
 /// A status with the reason and what else is known.

@@ -22,9 +22,8 @@
 #include "core/folder/sample_log.h"
 #include "core/run/run.h"
 #include "creep/v1/creep.pb.h"
-#include "google/rpc/error_details.pb.h"
-#include "google/rpc/status.pb.h"
-#include "server/api/convert.h"
+#include "creep/v1/details.pb.h"
+#include "server/api/error_trailer.h"
 #include "server/api/request_handler.h"
 #include "server/rules/refusal.h"
 #include "tests/fuzz/target.h"
@@ -149,15 +148,18 @@ void check_refusal(const absl::Status& status) {
   CREEP_CHECK(refusal.reason != "STORAGE_FAILED", "a request made the storage fail");
   CREEP_CHECK(status.code() != absl::StatusCode::kInternal && status.code() != absl::StatusCode::kUnknown,
               "a refusal that blames the daemon");
-  google::rpc::Status details;
-  CREEP_CHECK(details.ParseFromString(creepd::error_details(status)), "details that no client can read");
+  const std::string trailer = creepd::error_details(status);
+  CREEP_CHECK(trailer.size() <= 5600, "details that no trailer carries");
+  v1::details::Status details;
+  CREEP_CHECK(details.ParseFromString(trailer), "details that no client can read");
   CREEP_CHECK(details.details_size() >= 1, "a refusal without details");
   for (const auto& any : details.details()) {
-    google::rpc::ErrorInfo info;
-    google::rpc::BadRequest violations;
-    if (any.Is<google::rpc::ErrorInfo>()) CREEP_CHECK(any.UnpackTo(&info), "an unreadable ErrorInfo");
-    if (any.Is<google::rpc::BadRequest>()) {
-      CREEP_CHECK(any.UnpackTo(&violations) && violations.field_violations_size() > 0,
+    v1::details::ErrorInfo info;
+    v1::details::BadRequest violations;
+    if (any.type_url().ends_with("ErrorInfo"))
+      CREEP_CHECK(info.ParseFromString(any.value()), "an unreadable ErrorInfo");
+    if (any.type_url().ends_with("BadRequest")) {
+      CREEP_CHECK(violations.ParseFromString(any.value()) && violations.field_violations_size() > 0,
                   "a BadRequest without a violation");
     }
   }

@@ -12,9 +12,8 @@ import sys
 
 import grpc
 from creep.v1 import creep_pb2 as creep
-from creep.v1 import creep_pb2_grpc
+from creep.v1 import creep_pb2_grpc, details_pb2
 from google.protobuf import message_factory
-from google.rpc import error_details_pb2, status_pb2
 
 FORGED = (("uid", "0"), ("x-uid", "0"), ("authorization", "uid 0"))  # what a caller says of itself counts for nothing
 SECONDS = 120
@@ -28,10 +27,9 @@ FIXED_WINDOW = [("grpc.http2.bdp_probe", 0), ("grpc.http2.lookahead_bytes", 1 <<
 def reason_of(error):
     for key, value in error.trailing_metadata() or ():
         if key == "grpc-status-details-bin":
-            for detail in status_pb2.Status.FromString(value).details:
-                info = error_details_pb2.ErrorInfo()
-                if detail.Unpack(info):
-                    return info.reason
+            for detail in details_pb2.Status.FromString(value).details:
+                if detail.type_url.endswith("/google.rpc.ErrorInfo"):
+                    return details_pb2.ErrorInfo.FromString(detail.value).reason
     return ""
 
 

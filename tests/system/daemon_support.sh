@@ -61,7 +61,7 @@ python_client() {
   mkdir "$work/python"
   protoc -I "$root/proto" --python_out="$work/python" --grpc_out="$work/python" \
     --plugin=protoc-gen-grpc=/usr/bin/grpc_python_plugin \
-    creep/v1/creep.proto google/rpc/status.proto google/rpc/error_details.proto
+    creep/v1/creep.proto creep/v1/details.proto
   export PYTHONPATH=$work/python PYTHONDONTWRITEBYTECODE=1
 }
 # numbers_once FILE: the events in it are 1, 2, 3, ... without a gap or a repeat.

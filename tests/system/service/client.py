@@ -6,8 +6,7 @@ from typing import Any
 
 import grpc
 from creep.v1 import creep_pb2 as creep
-from creep.v1 import creep_pb2_grpc
-from google.rpc import error_details_pb2, status_pb2
+from creep.v1 import creep_pb2_grpc, details_pb2
 
 # The daemon is away, was going down when the call came, or cannot store anything now. Nothing here cancels a call.
 LOST = (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.CANCELLED, grpc.StatusCode.DEADLINE_EXCEEDED)
@@ -37,12 +36,12 @@ class Answer:
 
 
 def refusal(error):
-    """Reason and facts of google.rpc.ErrorInfo; of gRPC's own errors the text."""
+    """Reason and facts of an error of the daemon; of gRPC's own errors the text."""
     for key, value in error.trailing_metadata() or ():
         if key == "grpc-status-details-bin":
-            for detail in status_pb2.Status.FromString(value).details:
-                info = error_details_pb2.ErrorInfo()
-                if detail.Unpack(info):
+            for detail in details_pb2.Status.FromString(value).details:
+                if detail.type_url.endswith("/google.rpc.ErrorInfo"):
+                    info = details_pb2.ErrorInfo.FromString(detail.value)
                     return info.reason, dict(info.metadata)
     return error.details() or "", {}
 
