@@ -67,9 +67,10 @@ void add_submit(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   command->add_option("JOB", options->job, "The job file")->required();
   command
-      ->add_option("--set", options->changes,
-                   "KEY=VALUE of the job file, like specimen.seed=7 or program.0.duration=\"2 d\"; can be given "
-                   "again. The job's file is the text with them, its comments are lost")
+      ->add_option(
+          "--set", options->changes,
+          "KEY=VALUE of the job file, like specimen.seed=7 or program.0.duration=\"2 d\"; can be given "
+          "again. The job's file is the text with them, its comments are lost")
       ->expected(1)
       ->take_all()
       ->type_name("KEY=VALUE");

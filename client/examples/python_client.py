@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Submits a job to creepd, watches it to its end and fetches a table, with nothing of creepd but creep.proto.
+"""Submits a job to creepd, watches it to its end, reads its creep curve and fetches a table, with nothing of creepd but creep.proto.
 
 Needs python3-grpcio and python3-protobuf, and the code made from the proto:
 
@@ -46,6 +46,12 @@ def watch(service, job):
             print(f"connection lost after event {seq}, watching again", flush=True)
 
 
+def curve(service, job, *columns):
+    """Some columns of the samples, thinned for a chart, as {name: values}."""
+    read = creep.ReadCurvesRequest(job=job, columns=columns, thinning=creep.Thinning(), phases=[creep.DYNAMIC_STAGE])
+    return {column.name: list(column.values) for column in service.ReadCurves(read).columns}
+
+
 def fetch(service, job, name, path):
     with open(path, "wb") as out:
         for chunk in service.FetchArtifact(creep.FetchArtifactRequest(job=job, name=name)):
@@ -76,6 +82,8 @@ def main():
             print(f"{event.seq} strain {s.axial_strain:.6f} stress {s.axial_stress_pa:.4g} Pa "
                   f"I_G {s.grading_index:.6f} broken {s.broken_total}", flush=True)
     assert state in FINAL
+    strains = curve(service, job.id, "creep_time_s", "axial_strain")
+    print(f"creep curve: {len(strains['axial_strain'])} points to {max(strains['creep_time_s'], default=0):.4g} s")
     fetch(service, job.id, artifact, path)
     print("digest", service.GetJob(creep.GetJobRequest(job=job.id)).state_digest)
     return 0 if state == creep.SUCCEEDED else 1

@@ -130,6 +130,9 @@ class GrpcConnection final : public Connection {
   CallResult call(const api::ListArtifactsRequest& request, api::ListArtifactsResponse& response) override {
     return repeat(&Stub::ListArtifacts, request, response);
   }
+  CallResult call(const api::ReadCurvesRequest& request, api::Curves& response) override {
+    return repeat(&Stub::ReadCurves, request, response);
+  }
   CallResult call(const api::GetServerInfoRequest& request, api::ServerInfo& response) override {
     return repeat(&Stub::GetServerInfo, request, response);
   }

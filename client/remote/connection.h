@@ -90,6 +90,7 @@ class Connection {
   virtual CallResult call(const api::CancelJobRequest& request, api::Job& response) = 0;
   virtual CallResult call(const api::DeleteJobRequest& request, api::DeleteJobResponse& response) = 0;
   virtual CallResult call(const api::ListArtifactsRequest& request, api::ListArtifactsResponse& response) = 0;
+  virtual CallResult call(const api::ReadCurvesRequest& request, api::Curves& response) = 0;
   virtual CallResult call(const api::GetServerInfoRequest& request, api::ServerInfo& response) = 0;
 
   /// Streams are not repeated by themselves.

@@ -51,20 +51,45 @@ ordered_json single_value(const Message& message, const Reflection& reflection,
   return nullptr;
 }
 
+ordered_json item_value(const Message& message, const Reflection& reflection, const FieldDescriptor& field,
+                        int i) {
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_INT32:
+      return reflection.GetRepeatedInt32(message, &field, i);
+    case FieldDescriptor::CPPTYPE_INT64:
+      return reflection.GetRepeatedInt64(message, &field, i);
+    case FieldDescriptor::CPPTYPE_UINT32:
+      return reflection.GetRepeatedUInt32(message, &field, i);
+    case FieldDescriptor::CPPTYPE_UINT64:
+      return reflection.GetRepeatedUInt64(message, &field, i);
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      return reflection.GetRepeatedDouble(message, &field, i);
+    case FieldDescriptor::CPPTYPE_FLOAT:
+      return reflection.GetRepeatedFloat(message, &field, i);
+    case FieldDescriptor::CPPTYPE_BOOL:
+      return reflection.GetRepeatedBool(message, &field, i);
+    case FieldDescriptor::CPPTYPE_ENUM:
+      return reflection.GetRepeatedEnum(message, &field, i)->name();
+    case FieldDescriptor::CPPTYPE_STRING:
+      return reflection.GetRepeatedString(message, &field, i);
+    case FieldDescriptor::CPPTYPE_MESSAGE:
+      return message_value(reflection.GetRepeatedMessage(message, &field, i));
+  }
+  return nullptr;
+}
+
 ordered_json repeated_value(const Message& message, const Reflection& reflection,
                             const FieldDescriptor& field) {
   ordered_json values = field.is_map() ? ordered_json::object() : ordered_json::array();
-  for (int i = 0; i < reflection.FieldSize(message, &field); ++i) {
-    if (field.is_map()) {
-      const Message& entry = reflection.GetRepeatedMessage(message, &field, i);
-      const auto* type = entry.GetDescriptor();
-      values[entry.GetReflection()->GetString(entry, type->FindFieldByNumber(1))] =
-          single_value(entry, *entry.GetReflection(), *type->FindFieldByNumber(2));
-    } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
-      values.push_back(message_value(reflection.GetRepeatedMessage(message, &field, i)));
-    } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
-      values.push_back(reflection.GetRepeatedString(message, &field, i));
-    }
+  const int size = reflection.FieldSize(message, &field);
+  for (int i = 0; i < size && field.is_map(); ++i) {
+    const Message& entry = reflection.GetRepeatedMessage(message, &field, i);
+    const auto* type = entry.GetDescriptor();
+    values[entry.GetReflection()->GetString(entry, type->FindFieldByNumber(1))] =
+        single_value(entry, *entry.GetReflection(), *type->FindFieldByNumber(2));
+  }
+  for (int i = 0; i < size && !field.is_map(); ++i) {
+    values.push_back(item_value(message, reflection, field, i));
   }
   return values;
 }

@@ -20,6 +20,7 @@ constexpr std::uint64_t kLastPossibleVersion = 0xffff;  // a number above it is 
 constexpr std::size_t kFileHead = kFirstFrame;
 constexpr std::size_t kChecksum = 16;
 constexpr std::size_t kFrameHead = 4 + kChecksum;
+constexpr std::size_t kBuffer = 64 << 10;   // of a reader
 constexpr std::size_t kMostPayload = 4096;  // the widest record has well under 100 columns
 
 void put(std::string& out, std::uint64_t value, int bytes) {
@@ -88,7 +89,6 @@ enum class FrameState {
 struct FrameRead {
   FrameState state = FrameState::kEnd;
   std::size_t size = 0;  // of the whole frame [bytes]
-  std::string payload;
   LogFrame frame;
 };
 
@@ -119,15 +119,15 @@ bool decode_payload(std::string_view payload, LogFrame& frame) {
   return true;
 }
 
-absl::StatusOr<FrameRead> read_frame(int file, std::uint64_t offset, const std::string& path) {
-  // One byte more than the longest frame, to see whether anything follows it.
-  const auto bytes = read_at(file, offset, kFrameHead + kMostPayload + 1, path);
-  if (!bytes.ok()) return bytes.status();
+// One byte more than the longest frame, to see whether anything follows it.
+constexpr std::size_t kEnough = kFrameHead + kMostPayload + 1;
+
+/// The frame that begins there; `all` are kEnough bytes, or fewer to the end of the file.
+FrameRead frame_in(std::string_view all, bool checked) {
   FrameRead read;
-  if (bytes->empty()) return read;
+  if (all.empty()) return read;
   read.state = FrameState::kTorn;
-  if (bytes->size() < kFrameHead) return read;
-  const std::string_view all = *bytes;
+  if (all.size() < kFrameHead) return read;
   const std::uint64_t length = get(all, 4);
   if (length > kMostPayload) {
     read.state = FrameState::kDamaged;
@@ -135,15 +135,21 @@ absl::StatusOr<FrameRead> read_frame(int file, std::uint64_t offset, const std::
   }
   if (all.size() < kFrameHead + length) return read;
   read.size = kFrameHead + length;
-  read.payload = all.substr(kFrameHead, length);
-  const bool good = checksum(all.substr(0, 4), read.payload) == all.substr(4, kChecksum) &&
-                    decode_payload(read.payload, read.frame);
+  const std::string_view payload = all.substr(kFrameHead, length);
+  const bool good = (!checked || checksum(all.substr(0, 4), payload) == all.substr(4, kChecksum)) &&
+                    decode_payload(payload, read.frame);
   if (good) {
     read.state = FrameState::kGood;
   } else if (all.size() > read.size) {
     read.state = FrameState::kDamaged;
   }
   return read;
+}
+
+absl::StatusOr<FrameRead> read_frame(int file, std::uint64_t offset, const std::string& path) {
+  const auto bytes = read_at(file, offset, kEnough, path);
+  if (!bytes.ok()) return bytes.status();
+  return frame_in(*bytes, true);
 }
 
 std::string difference(const Record& there, const Record& recomputed) {
@@ -177,14 +183,35 @@ absl::StatusOr<std::optional<LogFrame>> SampleLogReader::next() {
     if (*head != file_head()) return not_ours(*head, path_.string());
     offset_ = kFileHead;
   }
-  auto read = read_frame(file_.get(), offset_, path_.string());
-  if (!read.ok()) return read.status();
-  if (read->state == FrameState::kDamaged) {
+  return read(true);
+}
+
+absl::StatusOr<std::optional<LogFrame>> SampleLogReader::again() { return read(false); }
+
+absl::StatusOr<std::string_view> SampleLogReader::bytes_at_offset() {
+  const std::uint64_t end = buffer_at_ + buffer_.size();
+  // What is not whole in the buffer may have grown since.
+  if (offset_ < buffer_at_ || offset_ + kEnough > end) {
+    auto bytes = read_at(file_.get(), offset_, kBuffer, path_.string());
+    if (!bytes.ok()) return bytes.status();
+    buffer_ = *std::move(bytes);
+    buffer_at_ = offset_;
+  }
+  return std::string_view(buffer_).substr(offset_ - buffer_at_, kEnough);
+}
+
+absl::StatusOr<std::optional<LogFrame>> SampleLogReader::read(bool checked) {
+  const auto bytes = bytes_at_offset();
+  if (!bytes.ok()) return bytes.status();
+  FrameRead read = frame_in(*bytes, checked);
+  // Whoever repairs the log writes other bytes there.
+  if (read.state != FrameState::kGood) buffer_.clear();
+  if (read.state == FrameState::kDamaged) {
     return absl::DataLossError(absl::StrCat(path_.string(), ": damaged at byte ", offset_));
   }
-  if (read->state != FrameState::kGood) return std::optional<LogFrame>();
-  offset_ += read->size;
-  return std::optional<LogFrame>(std::move(read->frame));
+  if (read.state != FrameState::kGood) return std::optional<LogFrame>();
+  offset_ += read.size;
+  return std::optional<LogFrame>(std::move(read.frame));
 }
 
 absl::StatusOr<SampleLog> SampleLog::open(const std::filesystem::path& path) {

@@ -50,6 +50,10 @@ class SampleLogReader {
   /// Errors: DataLoss (no log, or damage that frames follow), FailedPrecondition (of a newer program).
   absl::StatusOr<std::optional<LogFrame>> next();
 
+  /// The same of a frame that next() has found whole before: its checksum is not looked at again, only
+  /// whether it can be read.
+  absl::StatusOr<std::optional<LogFrame>> again();
+
   std::uint64_t offset() const { return offset_; }  ///< of the next frame in the file [bytes]
 
   /// Goes on at a frame whose offset() was noted before.
@@ -59,9 +63,14 @@ class SampleLogReader {
   SampleLogReader(FileDescriptor file, std::filesystem::path path)
       : file_(std::move(file)), path_(std::move(path)) {}
 
+  absl::StatusOr<std::string_view> bytes_at_offset();
+  absl::StatusOr<std::optional<LogFrame>> read(bool checked);
+
   FileDescriptor file_;
   std::filesystem::path path_;
   std::uint64_t offset_ = 0;
+  std::string buffer_;           ///< bytes of the file, as they were when they were read,
+  std::uint64_t buffer_at_ = 0;  ///< from here on
 };
 
 /// The one writer. Records 0 .. size() - 1 are in it.

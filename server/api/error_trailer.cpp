@@ -11,8 +11,8 @@ namespace {
 
 namespace details = creep::v1::details;
 
-// gRPC refuses trailers of more than 8 KiB, in which binary values count a third more, texts that are not ASCII
-// three times: 4/3 (4096 + 768 + 256 + 128) + 3 x 256 + names < 8192.
+// gRPC refuses trailers of more than 8 KiB, in which binary values count a third more, texts that are not
+// ASCII three times: 4/3 (4096 + 768 + 256 + 128) + 3 x 256 + names < 8192.
 constexpr std::size_t kMostViolationBytes = 4096;  // all of them, serialized
 constexpr std::size_t kMostFactBytes = 768;        // all of them, serialized
 constexpr std::size_t kMostMessage = 256;
@@ -27,8 +27,12 @@ bool continues_letter(char byte) { return (static_cast<unsigned char>(byte) & 0x
 /// Bytes of the UTF-8 letter that begins there, or 0.
 std::size_t letter_at(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
-  const std::size_t size =
-      first < 0x80 ? 1 : first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : first < 0xF5 ? 4 : 0;
+  const std::size_t size = first < 0x80   ? 1
+                           : first < 0xC2 ? 0
+                           : first < 0xE0 ? 2
+                           : first < 0xF0 ? 3
+                           : first < 0xF5 ? 4
+                                          : 0;
   if (size == 0 || size > text.size()) return 0;
   for (std::size_t i = 1; i < size; ++i) {
     if (!continues_letter(text[i])) return 0;

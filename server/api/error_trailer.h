@@ -14,8 +14,8 @@ std::string shortened(std::string_view text, std::size_t most);
 /// What gRPC tells beside the details: valid UTF-8, bounded.
 std::string error_message(const absl::Status& status);
 
-/// creep.v1.details.Status with ErrorInfo, BadRequest and RetryInfo, serialized for the trailer. Violations are
-/// told in order until there is no more room; then how many are left out.
+/// creep.v1.details.Status with ErrorInfo, BadRequest and RetryInfo, serialized for the trailer. Violations
+/// are told in order until there is no more room; then how many are left out.
 std::string error_details(const absl::Status& status);
 
 }  // namespace creepd

@@ -32,8 +32,7 @@ class ParseRefusal final : public grpc::experimental::Interceptor {
 class Factory final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
   /// Null: gRPC leaves the call alone.
-  grpc::experimental::Interceptor* CreateServerInterceptor(
-      grpc::experimental::ServerRpcInfo* call) override {
+  grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo* call) override {
     return is_a_call(call->method()) ? new ParseRefusal : nullptr;
   }
 };

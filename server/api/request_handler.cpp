@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/arithmetic/digest.h"
 #include "server/api/convert.h"
+#include "server/api/read_curves.h"
 #include "server/jobs/job_plan.h"
 #include "server/rules/refusal.h"
 
@@ -61,9 +62,16 @@ absl::Status check_fetch(const OpenArtifact& open, const v1::FetchArtifactReques
 
 }  // namespace
 
+void RequestHandler::add_figures(const Job& job, v1::Job& message) {
+  if (job.state != JobState::kSucceeded) return;
+  for (const auto& [name, value] : figures_.of(jobs_.folder(job.id)))
+    (*message.mutable_figures())[name] = value;
+}
+
 absl::Status RequestHandler::fill(const absl::StatusOr<Job>& job, v1::Job& message) {
   if (!job.ok()) return job.status();
   to_message(*job, message);
+  add_figures(*job, message);
   if (job->state != JobState::kQueued || job->id.empty()) return absl::OkStatus();
   const auto position = store_.queue_position(*job);
   if (!position.ok()) return position.status();
@@ -86,8 +94,8 @@ absl::Status RequestHandler::fork(const Caller& caller, const v1::ForkJobRequest
   if (request.generation() != 0 && !request.checkpoint().empty()) {
     return bad_request({{"checkpoint", "give either checkpoint or generation, not both"}});
   }
-  const auto inserted = jobs_.fork(caller, request.job(), {request.generation(), request.checkpoint()},
-                                   submission_of(request));
+  const auto inserted =
+      jobs_.fork(caller, request.job(), {request.generation(), request.checkpoint()}, submission_of(request));
   if (!inserted.ok()) return inserted.status();
   response.set_already_existed(inserted->already_existed);
   return fill(inserted->job, *response.mutable_job());
@@ -170,6 +178,7 @@ absl::Status RequestHandler::list(const Caller& caller, const v1::ListJobsReques
   for (const Job& job : *jobs) {
     v1::Job& message = *response.add_jobs();
     to_message(job, message);
+    add_figures(job, message);
     if (const auto found = positions.find(job.number); found != positions.end())
       message.set_queue_position(found->second);
   }
@@ -221,6 +230,13 @@ absl::Status RequestHandler::list_samples(const Caller& caller, const v1::ListSa
   response.set_next_index(index);
   response.set_at_end(index >= end);
   return absl::OkStatus();
+}
+
+absl::Status RequestHandler::read_curves(const Caller& caller, const v1::ReadCurvesRequest& request,
+                                         v1::Curves& response) {
+  const auto job = jobs_.get(caller, request.job());
+  if (!job.ok()) return job.status();
+  return creepd::read_curves(*samples_.of(job->id), job->samples, request, response);
 }
 
 absl::Status RequestHandler::list_artifacts(const Caller& caller, const v1::ListArtifactsRequest& request,

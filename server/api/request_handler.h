@@ -4,6 +4,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "creep/v1/creep.pb.h"
+#include "server/folders/figure_library.h"
 #include "server/folders/sample_index.h"
 #include "server/jobs/jobs.h"
 #include "server/store/job_store.h"
@@ -35,6 +36,8 @@ class RequestHandler {
   absl::Status remove(const Caller& caller, const creep::v1::DeleteJobRequest& request);
   absl::Status list_samples(const Caller& caller, const creep::v1::ListSamplesRequest& request,
                             creep::v1::ListSamplesResponse& response);
+  absl::Status read_curves(const Caller& caller, const creep::v1::ReadCurvesRequest& request,
+                           creep::v1::Curves& response);
   absl::Status list_artifacts(const Caller& caller, const creep::v1::ListArtifactsRequest& request,
                               creep::v1::ListArtifactsResponse& response);
   /// What FetchArtifact is going to send, from the offset of the request on.
@@ -42,10 +45,12 @@ class RequestHandler {
 
  private:
   absl::Status fill(const absl::StatusOr<Job>& job, creep::v1::Job& message);
+  void add_figures(const Job& job, creep::v1::Job& message);
 
   Jobs& jobs_;
   JobStore& store_;
   SampleLibrary& samples_;
+  FigureLibrary figures_;
 };
 
 }  // namespace creepd

@@ -10,6 +10,7 @@
 #include "core/folder/durable_file.h"
 #include "server/api/answer.h"
 #include "server/api/convert.h"
+#include "server/api/read_curves.h"
 
 namespace creepd {
 namespace {
@@ -167,6 +168,12 @@ CreepService::Unary* CreepService::ListSamples(Context* context, const v1::ListS
   });
 }
 
+CreepService::Unary* CreepService::ReadCurves(Context* context, const v1::ReadCurvesRequest* request,
+                                              v1::Curves* response) {
+  return answer(
+      context, [=, this](const Caller& caller) { return handler_.read_curves(caller, *request, *response); });
+}
+
 CreepService::Unary* CreepService::ListArtifacts(Context* context, const v1::ListArtifactsRequest* request,
                                                  v1::ListArtifactsResponse* response) {
   return answer(context, [=, this](const Caller& caller) {
@@ -184,6 +191,7 @@ CreepService::Unary* CreepService::GetServerInfo(Context* context,
     response->set_running(static_cast<std::int32_t>(counts->running));
     response->set_watchers(hub_.watchers());
     fill_server_info_(*response);
+    list_columns(*response);
     return absl::OkStatus();
   });
 }

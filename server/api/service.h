@@ -36,6 +36,7 @@ class CreepService final : public creep::v1::CreepService::CallbackService {
   Unary* DeleteJob(Context*, const creep::v1::DeleteJobRequest*, creep::v1::DeleteJobResponse*) override;
   Unary* ListSamples(Context*, const creep::v1::ListSamplesRequest*,
                      creep::v1::ListSamplesResponse*) override;
+  Unary* ReadCurves(Context*, const creep::v1::ReadCurvesRequest*, creep::v1::Curves*) override;
   Unary* ListArtifacts(Context*, const creep::v1::ListArtifactsRequest*,
                        creep::v1::ListArtifactsResponse*) override;
   Unary* GetServerInfo(Context*, const creep::v1::GetServerInfoRequest*, creep::v1::ServerInfo*) override;

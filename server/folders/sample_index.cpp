@@ -1,10 +1,20 @@
 #include "server/folders/sample_index.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "core/arithmetic/check.h"
 #include "core/folder/job_directory.h"
 
 namespace creepd {
+
+using creep::RecordKind;
+
+namespace {
+
+constexpr std::uint64_t kPortion = 2000;  // rows that are read before others may
+
+}  // namespace
 
 absl::Status SampleIndex::open() {
   if (reader_) return absl::OkStatus();
@@ -17,7 +27,7 @@ absl::Status SampleIndex::open() {
 absl::StatusOr<std::uint64_t> SampleIndex::poll() {
   const std::lock_guard lock(mutex_);
   if (auto status = open(); !status.ok()) {
-    if (absl::IsNotFound(status)) return samples_.size();
+    if (absl::IsNotFound(status)) return places(RecordKind::kSample).size();
     return status;
   }
   reader_->seek(end_);
@@ -25,36 +35,65 @@ absl::StatusOr<std::uint64_t> SampleIndex::poll() {
     const std::uint64_t before = reader_->offset();
     const auto frame = reader_->next();
     if (!frame.ok()) return frame.status();
-    if (!*frame) return samples_.size();
+    if (!*frame) return places(RecordKind::kSample).size();
     // The first frame begins behind the head of the file, which next() passes over.
     const std::uint64_t offset = before == 0 ? creep::kFirstFrame : before;
     end_ = reader_->offset();
-    if (!(*frame)->record) {
-      while (!samples_.empty() && samples_.back().sequence >= (*frame)->superseded_from) samples_.pop_back();
-    } else if ((*frame)->record->kind == creep::RecordKind::kSample) {
-      samples_.push_back({(*frame)->record->sequence, offset});
+    if ((*frame)->record) {
+      places((*frame)->record->kind).push_back({(*frame)->record->sequence, offset});
+      continue;
+    }
+    for (Places& rows : places_) {
+      while (!rows.empty() && rows.back().sequence >= (*frame)->superseded_from) rows.pop_back();
     }
   }
 }
 
-std::uint64_t SampleIndex::size() const {
+std::uint64_t SampleIndex::size(RecordKind kind) const {
   const std::lock_guard lock(mutex_);
-  return samples_.size();
+  return places(kind).size();
+}
+
+std::uint64_t SampleIndex::rows_at(RecordKind kind, std::uint64_t samples) const {
+  const std::lock_guard lock(mutex_);
+  const Places& rows = places(kind);
+  const Places& told = places(RecordKind::kSample);
+  if (samples >= told.size()) return rows.size();
+  const auto later = [&](const Place& row) { return row.sequence < told[samples].sequence; };
+  return static_cast<std::uint64_t>(std::partition_point(rows.begin(), rows.end(), later) - rows.begin());
+}
+
+absl::StatusOr<creep::Record> SampleIndex::record_at(const Place& place, RecordKind kind) {
+  if (auto status = open(); !status.ok()) return status;
+  reader_->seek(place.offset);
+  auto frame = reader_->again();
+  if (!frame.ok()) return frame.status();
+  if (!*frame || !(*frame)->record || (*frame)->record->kind != kind ||
+      (*frame)->record->sequence != place.sequence) {
+    return absl::DataLossError(absl::StrCat(path_.string(), ": record ", place.sequence, " is gone"));
+  }
+  return *std::move((*frame)->record);
 }
 
 absl::StatusOr<creep::Record> SampleIndex::read(std::uint64_t index) {
   const std::lock_guard lock(mutex_);
-  CREEP_CHECK(index < samples_.size(), "reads only samples that are there");
-  if (auto status = open(); !status.ok()) return status;
-  const Place place = samples_[index];
-  reader_->seek(place.offset);
-  auto frame = reader_->next();
-  if (!frame.ok()) return frame.status();
-  if (!*frame || !(*frame)->record || (*frame)->record->kind != creep::RecordKind::kSample ||
-      (*frame)->record->sequence != place.sequence) {
-    return absl::DataLossError(absl::StrCat(path_.string(), ": sample ", index, " is gone"));
+  CREEP_CHECK(index < places(RecordKind::kSample).size(), "reads only samples that are there");
+  return record_at(places(RecordKind::kSample)[index], RecordKind::kSample);
+}
+
+absl::Status SampleIndex::visit(RecordKind kind, std::uint64_t first, std::uint64_t end,
+                                const std::function<bool(std::uint64_t, const creep::Record&)>& take) {
+  while (first < end) {
+    const std::lock_guard lock(mutex_);
+    for (const std::uint64_t portion = std::min(end, first + kPortion); first < portion; ++first) {
+      // Rows may have become fewer since, superseded by others.
+      if (first >= places(kind).size()) return absl::OkStatus();
+      const auto record = record_at(places(kind)[first], kind);
+      if (!record.ok()) return record.status();
+      if (!take(first, *record)) return absl::OkStatus();
+    }
   }
-  return *std::move((*frame)->record);
+  return absl::OkStatus();
 }
 
 std::shared_ptr<SampleIndex> SampleLibrary::of(const std::string& job) {

@@ -1,8 +1,12 @@
-// The samples of one job by index: 0, 1, 2, ... over the sample records of its log, which may still grow.
+// The rows of one job's tables by index: 0, 1, 2, ... over the records of a kind in its log, which may still
+// grow.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <iterator>
 #include <list>
 #include <map>
 #include <memory>
@@ -27,10 +31,18 @@ class SampleIndex {
   /// there are. Errors: DataLoss, or of the file system; what was read before stays.
   absl::StatusOr<std::uint64_t> poll();
 
-  std::uint64_t size() const;
+  std::uint64_t size(creep::RecordKind kind = creep::RecordKind::kSample) const;
 
   /// Sample `index`, < size().
   absl::StatusOr<creep::Record> read(std::uint64_t index);
+
+  /// How many rows of a kind the run had when it had made this many samples.
+  std::uint64_t rows_at(creep::RecordKind kind, std::uint64_t samples) const;
+
+  /// Row after row from `first` to before `end`, at most size(), until `take` returns false. Others may read
+  /// between two portions.
+  absl::Status visit(creep::RecordKind kind, std::uint64_t first, std::uint64_t end,
+                     const std::function<bool(std::uint64_t index, const creep::Record&)>& take);
 
  private:
   absl::Status open();
@@ -43,7 +55,12 @@ class SampleIndex {
     std::uint64_t sequence;
     std::uint64_t offset;
   };
-  std::vector<Place> samples_;
+  using Places = std::vector<Place>;
+  Places& places(creep::RecordKind kind) { return places_[static_cast<std::size_t>(kind)]; }
+  const Places& places(creep::RecordKind kind) const { return places_[static_cast<std::size_t>(kind)]; }
+  absl::StatusOr<creep::Record> record_at(const Place& place, creep::RecordKind kind);
+
+  std::array<Places, std::size(creep::kRecordKinds) + 1> places_;  ///< by RecordKind, which begins at 1
 };
 
 /// The indices in use, and a few that were; each is made by reading its log once. Safe from several threads.

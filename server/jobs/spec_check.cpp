@@ -38,8 +38,9 @@ absl::StatusOr<CheckedSpec> check_spec(std::string_view text) {
     return invalid({{"spec", absl::StrCat(text.size(), " bytes; at most ", kMostSpecBytes, " are taken")}});
   }
   if (const auto file = creep::find_grading_file(text)) {
-    return invalid({at(file->value_position.line, file->value_position.column,
-                       "the daemon opens no files: give the grading as points (creepctl submit puts them in)")});
+    return invalid(
+        {at(file->value_position.line, file->value_position.column,
+            "the daemon opens no files: give the grading as points (creepctl submit puts them in)")});
   }
   const creep::ParseResult parsed = creep::parse_experiment(text);
   std::vector<Violation> violations;

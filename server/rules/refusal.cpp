@@ -15,8 +15,7 @@ absl::Status refuse(absl::StatusCode code, std::string_view message, const Refus
   nlohmann::json json = {{"reason", refusal.reason}, {"facts", refusal.facts}};
   json["violations"] = nlohmann::json::array();
   for (const Violation& violation : refusal.violations) {
-    json["violations"].push_back(
-        {violation.field, violation.description, violation.line, violation.column});
+    json["violations"].push_back({violation.field, violation.description, violation.line, violation.column});
   }
   json["left_out"] = refusal.left_out;
   if (refusal.retry_seconds) json["retry"] = *refusal.retry_seconds;

@@ -135,6 +135,25 @@ TEST(MessageJson, HasNumbersNamesInstantsAndNothingThatIsNotSet) {
   EXPECT_FALSE(json.contains("latest_sample"));
 }
 
+TEST(MessageJson, RepeatedValuesOfEveryKindAreThere) {
+  api::Curves curves;
+  curves.add_index(7);
+  curves.add_index(std::uint64_t{1} << 60);
+  api::Curve& curve = *curves.add_columns();
+  curve.set_name("axial_strain");
+  curve.add_values(0.25);
+  curve.add_values(-1e300);
+  const auto json = to_json(curves);
+  EXPECT_EQ(json["index"], (std::vector<std::uint64_t>{7, std::uint64_t{1} << 60}));
+  EXPECT_EQ(json["columns"][0]["values"], (std::vector<double>{0.25, -1e300}));
+  api::ListJobsRequest request;
+  request.add_states(api::RUNNING);
+  EXPECT_EQ(to_json(request)["states"][0], "RUNNING");
+  api::Job shown;
+  (*shown.mutable_figures())["singh_mitchell_m"] = 0.9;
+  EXPECT_EQ(to_json(shown)["figures"]["singh_mitchell_m"], 0.9);
+}
+
 TEST(ExitCode, FollowsFromTheFailure) {
   EXPECT_EQ(exit_code_of(failure(StatusCode::kUnavailable)), kUnreachable);
   EXPECT_EQ(exit_code_of(failure(StatusCode::kPermissionDenied)), kUnreachable);

@@ -21,5 +21,12 @@ step "a bomb"
 probe bomb
 expect_exit 5 creepctl submit "$job" --label "x=$(printf '\377')"
 expect_output "cannot be parsed"
+step "a client of version 0.1.0"
+mkdir "$work/old"
+protoc -I "$here/previous" --python_out="$work/old" --grpc_out="$work/old" --plugin=protoc-gen-grpc=/usr/bin/grpc_python_plugin \
+  --descriptor_set_out="$work/old.pb" creep/v1/creep.proto google/rpc/status.proto google/rpc/error_details.proto
+protoc -I "$here/../../proto" --descriptor_set_out="$work/new.pb" creep/v1/creep.proto
+PYTHONPATH=$work/old expect_exit 0 "$python" "$here/previous_probe.py" "$socket" "$job" "$work/old.pb" "$work/new.pb"
+cat "$work/output"
 stop_daemon
 step "done"
