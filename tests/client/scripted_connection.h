@@ -62,7 +62,7 @@ class ScriptedConnection : public Connection {
     if (from + 2 < jobs.size()) response.set_next_page_token(std::to_string(from + 2));
     return {};
   }
-  CallResult call(const api::ReadCurvesRequest&, api::Curves&) override { return unimplemented(); }
+  CallResult call(const api::ReadCurvesRequest&, api::Curves&) override { return none(); }
   CallResult call(const api::ListArtifactsRequest&, api::ListArtifactsResponse& response) override {
     for (const api::Artifact& artifact : artifacts) *response.add_artifacts() = artifact;
     return {};
