@@ -39,7 +39,7 @@ struct CycleResult {
 
 class Dynamics {
  public:
-  /// Cycles between measurements of contact stresses, by which cracks grow (model.md section 4), and between
+  /// Cycles between measurements of contact stresses, by which cracks grow (README, "Cracks"), and between
   /// evaluations of the time step.
   static constexpr std::int64_t kMeasureInterval = 10;
   static constexpr std::int64_t kTimeStepInterval = 50;

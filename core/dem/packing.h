@@ -19,7 +19,7 @@
 
 namespace creep {
 
-/// Cursor of the packing; part of a checkpoint.
+/// How far packing has come; part of a checkpoint.
 struct PackingState {
   enum class Step : std::uint8_t { kGrow, kCompress, kLowerFriction, kRestore, kDone };
   Step step = Step::kGrow;

@@ -1,7 +1,7 @@
-// The entire mutable state of a run. What is not here does not survive a crash.
-//
-// Particles stand in ascending id everywhere: the index changes when particles break, the order never does.
-// Ids are given in space-filling order at the end of packing and are never reused.
+// The specimen. Of it and of what a run does with it (state/state.h) nothing is lost in a crash, but for the
+// work spaces of kernels and sigma_mob of the last measuring cycle, which are made anew. Particles stand in
+// ascending id everywhere: the index changes when particles break, the order never does. Ids are given in
+// space-filling order at the end of packing and are never reused.
 #pragma once
 
 #include <array>

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kFewestParticles = 20;
 constexpr std::int64_t kMostParticles = 10'000'000;
-constexpr std::int64_t kWallEffectBelow = 1500;  // model.md section 6: no friction low enough for e = 0.65
+constexpr std::int64_t kWallEffectBelow = 1500;  // with fewer, no friction is low enough for e = 0.65
 constexpr double kSmallestGrain = 1e-6;          // [m]
 constexpr double kLargestGrain = 0.1;            // [m]
 constexpr double kWidestGrading = 100.0;         // largest over smallest diameter

@@ -80,6 +80,17 @@ std::optional<Outcome> loading_guard(const Specimen& specimen, const Experiment&
       "size exponent");
 }
 
+std::optional<Outcome> stress_guard(const std::string& where, const Specimen& specimen,
+                                    const ContactStress& carried, double gap, double tolerance) {
+  if (gap < tolerance) return std::nullopt;
+  return guard_stop(
+      absl::StrCat("stress: ", where, " ends with ", specimen.walls.stress(2), " Pa axial and ",
+                   radial_stress(specimen.walls), " Pa radial stress at the walls, but contacts that carry ",
+                   carried.axial, " and ", carried.radial, " Pa (apart by ", gap, ", limit ", tolerance, ")"),
+      "a specimen at rest has one stress: raise minimum_cycles or lower unbalanced_tolerance; grains of some "
+      "millimetres under high stress bear forces beyond what is summed at walls");
+}
+
 Outcome settling_stop(const std::string& where, const Calm& calm, const Specimen& specimen) {
   return guard_stop(
       absl::StrCat("settling: ", where, " not in equilibrium after ", calm.cycle,

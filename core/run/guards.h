@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/dem/dynamics.h"
+#include "core/dem/measures.h"
 #include "core/dem/specimen.h"
 #include "core/experiment/experiment.h"
 #include "core/output/outcome.h"
@@ -28,6 +29,11 @@ std::optional<Outcome> servo_guard(double off_target);
 /// inertia, loading: grains collide instead of bearing load, or the specimen is too weak for its target.
 std::optional<Outcome> loading_guard(const Specimen& specimen, const Experiment& experiment,
                                      const Target& target);
+
+/// stress: at the end of a stage that did not settle, walls and contacts tell different stresses. @param gap
+/// stress_gap()
+std::optional<Outcome> stress_guard(const std::string& where, const Specimen& specimen,
+                                    const ContactStress& carried, double gap, double tolerance);
 
 /// settling: a stage that found no equilibrium. @param where  names it
 Outcome settling_stop(const std::string& where, const Calm& calm, const Specimen& specimen);

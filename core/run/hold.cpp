@@ -94,7 +94,7 @@ void Run::Impl::step(DynamicStage& dynamic, Batch& batch) {
     fail_in_creep(dynamic, absl::StrCat("axial creep strain ", creep_strain, " > ", kCreepFailureStrain),
                   batch);
   } else if (cycle >= numerics.minimum_cycles && at_rest(dynamic.calm, state.specimen, numerics) &&
-             failure_times_stand(dynamic, numerics)) {
+             failure_times_stand(dynamic, numerics) && contacts_carry_the_walls(dynamic.calm)) {
     end_dynamic_stage(dynamic, true, batch);
   } else if (cycle >= most) {
     const double flow = strain - dynamic.strain_half_way.value_or(strain);

@@ -33,7 +33,9 @@ void Run::Impl::step(Loading& loading, Batch& batch) {
   if (comes_to_rest(stage())) {
     const double deviation = watch_stress(state.aim, stage(), state.specimen, numerics);
     watch_calm(loading.calm, deviation, !result.failures.empty(), numerics);
-    if (at_rest(loading.calm, state.specimen, numerics)) return end_loading(loading, true, batch);
+    if (at_rest(loading.calm, state.specimen, numerics) && contacts_carry_the_walls(loading.calm)) {
+      return end_loading(loading, true, batch);
+    }
     const auto& since = loading.calm.on_target;
     if (since && loading.calm.cycle - *since >= most_cycles(numerics)) {
       end_loading(loading, false, batch);

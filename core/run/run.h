@@ -1,4 +1,4 @@
-// The plot: a cursor over the program of one experiment.
+// A run of one experiment, from packing to the end of its program.
 //
 //   packing -> for each stage: loading (until the stress is reached)
 //                              or hold = dynamic stage, then { ageing: age, break; dynamic stage } until the
@@ -92,7 +92,7 @@ class Run {
   /// The complete state: resume() with it continues bit for bit.
   std::string checkpoint() const;
 
-  /// SHA-256 (64 hex digits) of the id-ordered physical state (architecture: determinism contract, point 7).
+  /// SHA-256 (64 hex digits) of the id-ordered physical state (core/README.md, determinism contract, 7).
   std::string state_digest() const;
 
   Progress progress() const;

@@ -54,6 +54,7 @@ struct Run::Impl {
   bool computed(const CycleResult& result, Batch& batch);
   bool energy_grows(Batch& batch) const;
   void break_particles(const std::vector<Failure>& failures, Batch& batch);
+  bool contacts_carry_the_walls(Calm& calm);
   void give_up_settling(const Calm& calm, const std::string& where, Batch& batch);
 
   // What leaves the run (emission.cpp).

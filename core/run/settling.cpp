@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/dem/dynamics.h"
+#include "core/dem/measures.h"
 #include "core/run/ageing.h"
 #include "core/run/stage_control.h"
 
@@ -41,6 +42,13 @@ void watch_calm(Calm& calm, double deviation, bool failed, const Numerics& numer
 bool at_rest(const Calm& calm, const Specimen& specimen, const Numerics& numerics) {
   return calm.cycle - calm.quiet_since >= settle_window(numerics) &&
          specimen.unbalanced_force_ratio < numerics.unbalanced_tolerance;
+}
+
+double stress_gap(const Specimen& specimen, const ContactModel& model) {
+  const double axial = specimen.walls.stress(2), radial = radial_stress(specimen.walls);
+  const ContactStress carried = contact_stress(specimen, model);
+  return std::max(std::fabs(carried.axial - axial), std::fabs(carried.radial - radial)) /
+         std::max(axial, radial);
 }
 
 void watch_failure_times(DynamicStage& stage, const Specimen& specimen, const Experiment& experiment,

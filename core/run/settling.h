@@ -27,6 +27,11 @@ void watch_calm(Calm& calm, double deviation, bool failed, const Numerics& numer
 /// On target and without a failure for a window, and in equilibrium.
 bool at_rest(const Calm& calm, const Specimen& specimen, const Numerics& numerics);
 
+/// How much of the stress at the walls the contacts do not carry, or carry more [-]: largest difference of
+/// axial and radial stress, over the larger at the walls. At rest both are the same stress. Needs a valid
+/// list.
+double stress_gap(const Specimen& specimen, const ContactModel& model);
+
 /// Once a window, in a cycle that measured (sigma_mob is not in a checkpoint), how far off the end of the
 /// next ageing lies. @param breakages  n_age of it. @param left  of the hold [s]
 void watch_failure_times(DynamicStage& stage, const Specimen& specimen, const Experiment& experiment,

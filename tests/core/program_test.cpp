@@ -492,6 +492,20 @@ TEST(Guard, names_a_servo_that_ran_away) {
   }
 }
 
+TEST(Guard, names_a_hold_whose_walls_and_contacts_tell_different_stresses) {
+  // Grains of 2 cm bear more than is summed of one contact at a wall: the walls tell 1.2 MPa, the contacts
+  // more.
+  Experiment experiment = testing::short_job();
+  experiment.specimen.particles = 60;
+  experiment.specimen.void_ratio = 0.9;
+  experiment.specimen.grading = GradingPoints{{{15e-3, 0.0}, {20e-3, 0.5}, {25e-3, 1.0}}};
+  experiment.material.roughness = 60e-6;
+  experiment.material.comminution_limit = 1.0;
+  experiment.program = {OedometricStage{{1.2e6}}, CreepStage{3600.0, {}}};
+  const std::string outcome = whole_run(experiment).outcome;
+  EXPECT_TRUE(outcome.starts_with("guard stress: dynamic stage 0 ends with 1.2")) << outcome;
+}
+
 TEST(Guard, names_energy_that_comes_from_nowhere) {
   // A ledger by which a tenth more came out than the walls put in.
   const std::unique_ptr<creep::Run> run = started(testing::short_job());
