@@ -26,12 +26,14 @@
 #include "absl/strings/str_cat.h"
 #include "core/state/program_version.h"
 #include "server/api/server.h"
+#include "server/execution/local_executor.h"
 #include "server/execution/supervisor.h"
 #include "server/folders/sample_index.h"
 #include "server/host/daemon_log.h"
 #include "server/host/service_state.h"
 #include "server/host/state_folder.h"
 #include "server/jobs/jobs.h"
+#include "server/store/job_changes.h"
 #include "server/store/job_store.h"
 
 namespace {
@@ -51,8 +53,8 @@ constexpr const char* kFooter =
 
 struct Options {
   fs::path state;
-  fs::path worker;
   std::vector<std::string> users;
+  creepd::LocalExecutorOptions executor;
   creepd::SupervisorOptions supervisor;
   creepd::JobLimits limits;
   creepd::ServerOptions server;
@@ -119,9 +121,9 @@ void set_defaults(Options& options) {
   const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   options.state = default_state();
   options.server.socket = default_socket();
-  options.worker = fs::read_symlink("/proc/self/exe", error).parent_path() / "creep-worker";
+  options.executor.worker = fs::read_symlink("/proc/self/exe", error).parent_path() / "creep-worker";
   options.supervisor.threads_per_job = std::min(2, cores);
-  options.supervisor.slots = std::max(1, cores / options.supervisor.threads_per_job);
+  options.executor.slots = std::max(1, cores / options.supervisor.threads_per_job);
   options.limits.memory = machine_memory() / 5 * 4;
 }
 
@@ -131,7 +133,7 @@ void add_options(CLI::App& app, Options& options, creepd::TlsOptions& tls) {
   app.add_option(
       "--allow-user", options.users,
       "User, by name or number, who may use the socket beside root and the user of creepd; repeatable");
-  app.add_option("--slots", options.supervisor.slots, "Jobs that run at once")->check(CLI::Range(1, 1024));
+  app.add_option("--slots", options.executor.slots, "Jobs that run at once")->check(CLI::Range(1, 1024));
   app.add_option("--threads-per-job", options.supervisor.threads_per_job, "Threads of each worker")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
@@ -156,7 +158,7 @@ void add_options(CLI::App& app, Options& options, creepd::TlsOptions& tls) {
   app.add_option("--tls-cert", tls.certificate, "Certificate of this daemon (PEM)");
   app.add_option("--tls-key", tls.key, "Key of the certificate (PEM)");
   app.add_option("--tls-client-ca", tls.client_ca, "Who signs the certificates of callers (PEM)");
-  app.add_option("--worker", options.worker, "Program that computes a job")->group("");
+  app.add_option("--worker", options.executor.worker, "Program that computes a job")->group("");
   app.set_version_flag("--version", "creepd " + std::string(creep::program_version()));
 }
 
@@ -175,7 +177,7 @@ absl::Status make_absolute(const char* option, fs::path& path) {
 absl::Status complete(Options& options, const creepd::TlsOptions& tls, bool slots_given) {
   if (!slots_given) {
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    options.supervisor.slots = std::max(1, cores / options.supervisor.threads_per_job);
+    options.executor.slots = std::max(1, cores / options.supervisor.threads_per_job);
   }
   for (const std::string& name : options.users) {
     const auto user = user_id(name);
@@ -191,18 +193,18 @@ absl::Status complete(Options& options, const creepd::TlsOptions& tls, bool slot
   if (tls.address.empty() && any)
     return absl::InvalidArgumentError("--tls-... is of use only with --listen HOST:PORT");
   if (!tls.address.empty()) options.server.tls = tls;
-  if (::access(options.worker.c_str(), X_OK) != 0) {
-    return absl::InvalidArgumentError(absl::StrCat("there is no program ", options.worker.string()));
+  if (::access(options.executor.worker.c_str(), X_OK) != 0) {
+    return absl::InvalidArgumentError(absl::StrCat("there is no program ", options.executor.worker.string()));
   }
   for (const auto& [option, path] :
        {std::pair("--state", &options.state), std::pair("--socket", &options.server.socket)}) {
     if (auto status = make_absolute(option, *path); !status.ok()) return status;
   }
   options.supervisor.jobs = options.state / "jobs";
-  options.supervisor.worker = options.worker;
-  options.supervisor.memory_limit = options.limits.memory;
+  options.executor.memory_limit = options.limits.memory;
+  options.limits.threads = options.supervisor.threads_per_job;
   options.server.state = options.state;
-  options.server.slots = options.supervisor.slots;
+  options.server.slots = options.executor.slots;
   options.server.threads_per_job = options.supervisor.threads_per_job;
   options.server.checkpoint_interval = options.supervisor.checkpoint_interval;
   return absl::OkStatus();
@@ -243,23 +245,26 @@ absl::Status serve(const Options& options) {
   if (fs::create_directories(options.server.socket.parent_path(), ignored)) {
     ::chmod(options.server.socket.parent_path().c_str(), 0700);
   }
-  const auto store = creepd::JobStore::open(options.state / "creepd.db");
+  creepd::JobChanges changes;
+  const auto store = creepd::JobStore::open(options.state / "creepd.db",
+                                            [&changes](const std::string& job) { changes.tell(job); });
   if (!store.ok()) return store.status();
   creepd::SampleLibrary samples(options.supervisor.jobs);
   creepd::ServiceState service;
   service.recovering();
   creepd::SupervisorOptions supervision = options.supervisor;
-  supervision.turned = [&](int running) { service.turned(running, options.supervisor.slots); };
-  creepd::Supervisor supervisor(std::move(supervision), **store, samples);
+  supervision.turned = [&](int running) { service.turned(running, options.executor.slots); };
+  creepd::LocalExecutor executor(options.executor);
+  creepd::Supervisor supervisor(std::move(supervision), **store, samples, executor);
   // Only then may anybody ask: what they are told is true.
   if (auto status = supervisor.recover(); !status.ok()) return status;
   creepd::Jobs jobs(options.supervisor.jobs, options.limits, **store, samples, [&] { supervisor.wake(); });
-  const auto server = creepd::Server::start(options.server, jobs, **store, samples);
+  const auto server = creepd::Server::start(options.server, jobs, **store, samples, changes);
   if (!server.ok()) return server.status();
   supervisor.start();
   creepd::log_line(absl::StrCat("ready on ", options.server.socket.string(),
                                 options.server.tls ? " and " + options.server.tls->address : "",
-                                ", state in ", options.state.string(), ", ", options.supervisor.slots,
+                                ", state in ", options.state.string(), ", ", options.executor.slots,
                                 " slots of ", options.supervisor.threads_per_job, " threads"));
   service.ready();
   wait_and_stop(supervisor, **server, service);

@@ -3,12 +3,14 @@
 #include <cstdio>
 #include <memory>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/remote/connection.h"
 #include "client/remote/message_json.h"
 #include "client/remote/remote_job.h"
 #include "client/terminal/exit_codes.h"
+#include "client/terminal/table.h"
 #include "client/terminal/terminal.h"
 #include "core/experiment/experiment_toml.h"
 #include "core/experiment/wording.h"
@@ -20,6 +22,7 @@ struct Options {
   ServerOptions server;
   std::string id;
   bool spec = false;
+  bool attempts = false;
   bool json = false;
 };
 
@@ -70,12 +73,64 @@ void print_text(const api::Job& job) {
   if (!job.log_tail().empty()) std::printf("The end of worker.log:\n%s\n", job.log_tail().c_str());
 }
 
+/// "0", "signal 9", "" while it runs or where nobody saw it.
+std::string end_of(const api::Attempt& attempt) {
+  if (attempt.has_signal()) return absl::StrCat("signal ", attempt.signal());
+  return attempt.has_exit_code() ? absl::StrCat(attempt.exit_code()) : "";
+}
+
+std::string state_of(const api::Attempt& attempt) {
+  constexpr std::string_view kPrefix = "ATTEMPT_";
+  std::string name = api::AttemptState_Name(attempt.state());
+  return absl::StartsWith(name, std::string(kPrefix)) ? name.substr(kPrefix.size()) : name;
+}
+
+/// Wall time of an attempt that has ended and was seen to begin.
+std::string time_of(const api::Attempt& attempt) {
+  if (!attempt.has_start_time() || !attempt.has_end_time()) return "";
+  const auto seconds = [](const google::protobuf::Timestamp& moment) {
+    return static_cast<double>(moment.seconds()) + 1e-9 * moment.nanos();
+  };
+  return short_duration(seconds(attempt.end_time()) - seconds(attempt.start_time()));
+}
+
+int show_attempts(const Options& options, const std::string& id, Connection& connection) {
+  std::vector<api::Attempt> attempts;
+  if (const CallResult result = list_attempts(connection, id, attempts); !result.ok()) {
+    print_failure(result);
+    return exit_code_of(result);
+  }
+  if (options.json) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const api::Attempt& attempt : attempts) list.push_back(to_json(attempt));
+    print_json(list);
+    return kOk;
+  }
+  Table table({{"ATTEMPT", Align::kRight},
+               {"STATE"},
+               {"ASKED FOR"},
+               {"RAN FOR", Align::kRight},
+               {"ENGINE"},
+               {"PLACE"},
+               {"EXIT"},
+               {"HOW IT ENDED"}});
+  for (const api::Attempt& attempt : attempts) {
+    table.add({absl::StrCat(attempt.number()), state_of(attempt), instant(attempt.ask_time().seconds()),
+               time_of(attempt), attempt.engine(), attempt.place(), end_of(attempt), attempt.message()});
+  }
+  if (attempts.empty()) std::fprintf(stderr, "no attempts\n");
+  if (!attempts.empty())
+    std::fputs(table.text(is_terminal(stdout) ? terminal_width(stdout) : 0).c_str(), stdout);
+  return kOk;
+}
+
 int show(const Options& options, Connection& connection) {
   api::Job job;
   if (const CallResult result = find_job(connection, options.id, job); !result.ok()) {
     print_failure(result);
     return exit_code_of(result);
   }
+  if (options.attempts) return show_attempts(options, job.id(), connection);
   if (options.json) {
     print_json(to_json(job));
   } else if (options.spec) {
@@ -94,6 +149,10 @@ void add_show(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   command->add_option("ID", options->id, "The job, or the beginning of its id")->required();
   command->add_flag("--spec", options->spec, "Print the job file, byte for byte as sent");
+  command
+      ->add_flag("--attempts", options->attempts,
+                 "Print every attempt: when it was asked for, how long it ran and where, how it ended")
+      ->excludes("--spec");
   command->add_flag("--json", options->json, "Print JSON");
   add_server_options(*command, options->server);
   command->footer("Example:\n  creepctl show 3f2a --json");

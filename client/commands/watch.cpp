@@ -48,7 +48,8 @@ class Watcher {
               display_.warn(absl::StrCat("lost the daemon (", why, "); reconnecting until it is back"));
             },
         .again =
-            [this](double seconds) { display_.warn("connected again after " + short_duration(seconds)); }};
+            [this](double seconds) { display_.warn("connected again after " + short_duration(seconds)); },
+        .every_sample = json_};
     FollowEnd end = follow(connection_, job_.id(), after_seq, std::nullopt, listener);
     display_.finish();
     return end;

@@ -127,6 +127,12 @@ class GrpcConnection final : public Connection {
   CallResult call(const api::DeleteJobRequest& request, api::DeleteJobResponse& response) override {
     return repeat(&Stub::DeleteJob, request, response);
   }
+  CallResult call(const api::DeleteJobsRequest& request, api::DeleteJobsResponse& response) override {
+    return repeat(&Stub::DeleteJobs, request, response);
+  }
+  CallResult call(const api::ListAttemptsRequest& request, api::ListAttemptsResponse& response) override {
+    return repeat(&Stub::ListAttempts, request, response);
+  }
   CallResult call(const api::ListArtifactsRequest& request, api::ListArtifactsResponse& response) override {
     return repeat(&Stub::ListArtifacts, request, response);
   }

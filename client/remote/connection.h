@@ -89,6 +89,8 @@ class Connection {
   virtual CallResult call(const api::ResumeJobRequest& request, api::Job& response) = 0;
   virtual CallResult call(const api::CancelJobRequest& request, api::Job& response) = 0;
   virtual CallResult call(const api::DeleteJobRequest& request, api::DeleteJobResponse& response) = 0;
+  virtual CallResult call(const api::DeleteJobsRequest& request, api::DeleteJobsResponse& response) = 0;
+  virtual CallResult call(const api::ListAttemptsRequest& request, api::ListAttemptsResponse& response) = 0;
   virtual CallResult call(const api::ListArtifactsRequest& request, api::ListArtifactsResponse& response) = 0;
   virtual CallResult call(const api::ReadCurvesRequest& request, api::Curves& response) = 0;
   virtual CallResult call(const api::GetServerInfoRequest& request, api::ServerInfo& response) = 0;

@@ -18,6 +18,7 @@ class Follower {
       : connection_(connection), deadline_(deadline), listener_(listener) {
     request_.set_job(id);
     request_.set_after_seq(after_seq);
+    request_.set_every_sample(listener.every_sample);
   }
 
   FollowEnd run() {

@@ -15,6 +15,7 @@ struct FollowListener {
   std::function<void(const api::Event&)> heartbeat;  ///< no news, but the daemon is there
   std::function<void(const std::string&)> lost;      ///< the connection broke: why
   std::function<void(double seconds)> again;         ///< it is back, after so long [s]
+  bool every_sample = false;                         ///< else live ones are thinned
 };
 
 struct FollowEnd {

@@ -45,6 +45,20 @@ CallResult list_jobs(Connection& connection, api::ListJobsRequest request, std::
   return {};
 }
 
+CallResult list_attempts(Connection& connection, const std::string& id, std::vector<api::Attempt>& attempts) {
+  api::ListAttemptsRequest request;
+  request.set_job(id);
+  request.set_page_size(kPageSize);
+  api::ListAttemptsResponse page;
+  do {
+    CallResult result = connection.call(request, page);
+    if (!result.ok()) return result;
+    for (api::Attempt& attempt : *page.mutable_attempts()) attempts.push_back(std::move(attempt));
+    request.set_first_number(page.next_number());
+  } while (!page.at_end());
+  return {};
+}
+
 CallResult find_job(Connection& connection, const std::string& id_or_prefix, api::Job& job) {
   api::GetJobRequest request;
   request.set_job(id_or_prefix);

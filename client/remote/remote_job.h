@@ -20,6 +20,9 @@ int find_jobs(Connection& connection, const std::vector<std::string>& ids, std::
 CallResult list_jobs(Connection& connection, api::ListJobsRequest request, std::size_t limit,
                      std::vector<api::Job>& jobs);
 
+/// Every attempt of a job, from the first.
+CallResult list_attempts(Connection& connection, const std::string& id, std::vector<api::Attempt>& attempts);
+
 bool is_final(api::JobState state);
 
 /// What a final state means for scripts (exit_codes.h).

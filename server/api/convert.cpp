@@ -150,6 +150,21 @@ void to_message(const StateEvent& event, v1::StateChange& message) {
   set_moment(event.moment, *message.mutable_change_time());
 }
 
+void to_message(const Attempt& attempt, v1::Attempt& message) {
+  message.set_number(attempt.number);
+  message.set_engine(attempt.engine);
+  message.set_engine_id(attempt.engine_id);
+  message.set_state(static_cast<v1::AttemptState>(attempt.state));
+  set_moment(attempt.asked, *message.mutable_ask_time());
+  if (attempt.started) set_moment(*attempt.started, *message.mutable_start_time());
+  if (attempt.ended) set_moment(*attempt.ended, *message.mutable_end_time());
+  message.set_place(attempt.place);
+  if (attempt.process.exit_code) message.set_exit_code(*attempt.process.exit_code);
+  if (attempt.process.signal) message.set_signal(*attempt.process.signal);
+  message.set_cause(static_cast<v1::AttemptCause>(attempt.cause));
+  message.set_message(attempt.words);
+}
+
 void to_message(const Artifact& artifact, v1::Artifact& message) {
   message.set_name(artifact.name);
   message.set_size_bytes(artifact.size);

@@ -7,12 +7,14 @@
 #include "creep/v1/creep.pb.h"
 #include "server/folders/job_files.h"
 #include "server/jobs/job_plan.h"
+#include "server/rules/attempt.h"
 #include "server/rules/job.h"
 
 namespace creepd {
 
 void to_message(const Job& job, creep::v1::Job& message);
 void to_message(const StateEvent& event, creep::v1::StateChange& message);
+void to_message(const Attempt& attempt, creep::v1::Attempt& message);
 void to_message(const Artifact& artifact, creep::v1::Artifact& message);
 
 /// All but `threads`.

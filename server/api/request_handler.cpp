@@ -21,6 +21,8 @@ namespace v1 = creep::v1;
 
 constexpr int kMostJobsOnPage = 1000;
 constexpr int kMostSamplesOnPage = 5000;
+constexpr int kMostAttemptsOnPage = 1000;
+constexpr int kMostDeletions = 1000;
 constexpr int kPilotPriority = 100;  // it is short, and somebody waits for it
 
 template <class Request>
@@ -133,6 +135,7 @@ absl::Status RequestHandler::plan(const Caller& caller, const v1::PlanJobRequest
                     {"PILOT_DAMAGED", {{"job", pilot.id}}, {}, {}});
     }
     to_message(*planned, *response.mutable_plan());
+    response.mutable_plan()->set_threads(jobs_.limits().threads);
   }
   return fill(pilot, *response.mutable_pilot());
 }
@@ -158,11 +161,10 @@ absl::Status RequestHandler::list(const Caller& caller, const v1::ListJobsReques
   }
   if (request.labels_size() > 32) violations.push_back({"labels", "at most 32"});
   if (!violations.empty()) return bad_request(std::move(violations));
-  if (!caller.admin) query.owner = caller.owner;
   query.labels = {request.labels().begin(), request.labels().end()};
   const int size = request.page_size() == 0 ? 50 : std::min(request.page_size(), kMostJobsOnPage);
   query.limit = size + 1;  // one more tells whether there is another page
-  auto jobs = store_.list(query);
+  auto jobs = jobs_.list(caller, query);
   if (!jobs.ok()) return jobs.status();
   if (static_cast<int>(jobs->size()) > size) {
     jobs->pop_back();
@@ -202,6 +204,43 @@ absl::Status RequestHandler::cancel(const Caller& caller, const v1::CancelJobReq
 
 absl::Status RequestHandler::remove(const Caller& caller, const v1::DeleteJobRequest& request) {
   return jobs_.remove(caller, request.job());
+}
+
+absl::Status RequestHandler::remove_all(const Caller& caller, const v1::DeleteJobsRequest& request,
+                                        v1::DeleteJobsResponse& response) {
+  if (request.jobs_size() > kMostDeletions) {
+    return bad_request({{"jobs", absl::StrCat(request.jobs_size(), " given; at most ", kMostDeletions)}});
+  }
+  const std::vector<std::string> ids(request.jobs().begin(), request.jobs().end());
+  const auto removed = jobs_.remove_all(caller, ids);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    v1::DeleteJobsResponse::Deletion& deletion = *response.add_deletions();
+    deletion.set_job(ids[i]);
+    deletion.set_deleted(removed[i].ok());
+    deletion.set_reason(refusal_of(removed[i]).reason);
+    deletion.set_message(std::string(removed[i].message()));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RequestHandler::list_attempts(const Caller& caller, const v1::ListAttemptsRequest& request,
+                                           v1::ListAttemptsResponse& response) {
+  std::vector<Violation> violations;
+  if (request.page_size() < 0) violations.push_back({"page_size", "must not be negative"});
+  if (request.first_number() < 0) violations.push_back({"first_number", "must not be negative"});
+  if (!violations.empty()) return bad_request(std::move(violations));
+  const int size = request.page_size() == 0 ? 100 : std::min(request.page_size(), kMostAttemptsOnPage);
+  auto attempts = jobs_.attempts(caller, request.job(), request.first_number(), size + 1);
+  if (!attempts.ok()) return attempts.status();
+  response.set_at_end(static_cast<int>(attempts->size()) <= size);
+  if (!response.at_end()) attempts->pop_back();
+  std::int64_t next = std::max<std::int64_t>(1, request.first_number());
+  for (const Attempt& attempt : *attempts) {
+    to_message(attempt, *response.add_attempts());
+    next = attempt.number + 1;
+  }
+  response.set_next_number(next);
+  return absl::OkStatus();
 }
 
 absl::Status RequestHandler::list_samples(const Caller& caller, const v1::ListSamplesRequest& request,

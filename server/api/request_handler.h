@@ -21,7 +21,6 @@ class RequestHandler {
                       creep::v1::SubmitJobResponse& response);
   absl::Status fork(const Caller& caller, const creep::v1::ForkJobRequest& request,
                     creep::v1::SubmitJobResponse& response);
-  /// `threads` of the plan is left to the caller.
   absl::Status plan(const Caller& caller, const creep::v1::PlanJobRequest& request,
                     creep::v1::PlanJobResponse& response);
   absl::Status get(const Caller& caller, const creep::v1::GetJobRequest& request, creep::v1::Job& response);
@@ -34,6 +33,10 @@ class RequestHandler {
   absl::Status cancel(const Caller& caller, const creep::v1::CancelJobRequest& request,
                       creep::v1::Job& response);
   absl::Status remove(const Caller& caller, const creep::v1::DeleteJobRequest& request);
+  absl::Status remove_all(const Caller& caller, const creep::v1::DeleteJobsRequest& request,
+                          creep::v1::DeleteJobsResponse& response);
+  absl::Status list_attempts(const Caller& caller, const creep::v1::ListAttemptsRequest& request,
+                             creep::v1::ListAttemptsResponse& response);
   absl::Status list_samples(const Caller& caller, const creep::v1::ListSamplesRequest& request,
                             creep::v1::ListSamplesResponse& response);
   absl::Status read_curves(const Caller& caller, const creep::v1::ReadCurvesRequest& request,

@@ -126,9 +126,9 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> tls_credentials(const T
 }  // namespace
 
 struct Server::Impl {
-  Impl(const ServerOptions& options, Jobs& jobs, JobStore& store, SampleLibrary& samples)
+  Impl(const ServerOptions& options, Jobs& jobs, JobStore& store, SampleLibrary& samples, JobChanges& changes)
       : options(options),
-        store(store),
+        changes(changes),
         hub(jobs, store, samples),
         service(jobs, store, samples, hub, [this, &jobs](v1::ServerInfo& info) { fill(info, jobs); }) {}
 
@@ -193,7 +193,7 @@ struct Server::Impl {
                                         : "gRPC does not start");
     }
     server->GetHealthCheckService()->SetServingStatus("creep.v1.CreepService", true);
-    store.on_change([this](const std::string& job) { hub.changed(job); });
+    changes.listen([this](const std::string& job) { hub.changed(job); });
     end = creep::FileDescriptor(::eventfd(0, EFD_CLOEXEC));
     accepting = std::thread([this] { accept_connections(); });
     return absl::OkStatus();
@@ -237,12 +237,12 @@ struct Server::Impl {
     // Streams were told to finish; what is stuck in a dead connection is cut off.
     server->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(3));
     server->Wait();
-    store.on_change(nullptr);
+    changes.listen(nullptr);
     server.reset();
   }
 
   ServerOptions options;
-  JobStore& store;
+  JobChanges& changes;
   WatchHub hub;
   CreepService service;
   std::chrono::system_clock::time_point started = std::chrono::system_clock::now();
@@ -258,8 +258,9 @@ Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Server::~Server() = default;
 
 absl::StatusOr<std::unique_ptr<Server>> Server::start(const ServerOptions& options, Jobs& jobs,
-                                                      JobStore& store, SampleLibrary& samples) {
-  auto impl = std::make_unique<Impl>(options, jobs, store, samples);
+                                                      JobStore& store, SampleLibrary& samples,
+                                                      JobChanges& changes) {
+  auto impl = std::make_unique<Impl>(options, jobs, store, samples, changes);
   if (auto status = impl->start(); !status.ok()) return status;
   return std::unique_ptr<Server>(new Server(std::move(impl)));
 }

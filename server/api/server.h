@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "server/folders/sample_index.h"
 #include "server/jobs/jobs.h"
+#include "server/store/job_changes.h"
 #include "server/store/job_store.h"
 
 namespace creepd {
@@ -40,7 +41,8 @@ class Server {
   /// Errors: InvalidArgument (socket path, certificates), AlreadyExists (somebody listens there),
   /// Unavailable.
   static absl::StatusOr<std::unique_ptr<Server>> start(const ServerOptions& options, Jobs& jobs,
-                                                       JobStore& store, SampleLibrary& samples);
+                                                       JobStore& store, SampleLibrary& samples,
+                                                       JobChanges& changes);
   ~Server();
 
   /// Calls are refused from now on; watch streams go on, so that they show how jobs are stopped.

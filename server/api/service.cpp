@@ -115,15 +115,8 @@ CreepService::Unary* CreepService::ForkJob(Context* context, const v1::ForkJobRe
 
 CreepService::Unary* CreepService::PlanJob(Context* context, const v1::PlanJobRequest* request,
                                            v1::PlanJobResponse* response) {
-  return answer(context, [=, this](const Caller& caller) {
-    absl::Status status = handler_.plan(caller, *request, *response);
-    if (response->has_plan()) {
-      v1::ServerInfo info;
-      fill_server_info_(info);
-      response->mutable_plan()->set_threads(info.threads_per_job());
-    }
-    return status;
-  });
+  return answer(context,
+                [=, this](const Caller& caller) { return handler_.plan(caller, *request, *response); });
 }
 
 CreepService::Unary* CreepService::GetJob(Context* context, const v1::GetJobRequest* request,
@@ -159,6 +152,19 @@ CreepService::Unary* CreepService::CancelJob(Context* context, const v1::CancelJ
 CreepService::Unary* CreepService::DeleteJob(Context* context, const v1::DeleteJobRequest* request,
                                              v1::DeleteJobResponse* /*response*/) {
   return answer(context, [=, this](const Caller& caller) { return handler_.remove(caller, *request); });
+}
+
+CreepService::Unary* CreepService::DeleteJobs(Context* context, const v1::DeleteJobsRequest* request,
+                                              v1::DeleteJobsResponse* response) {
+  return answer(context,
+                [=, this](const Caller& caller) { return handler_.remove_all(caller, *request, *response); });
+}
+
+CreepService::Unary* CreepService::ListAttempts(Context* context, const v1::ListAttemptsRequest* request,
+                                                v1::ListAttemptsResponse* response) {
+  return answer(context, [=, this](const Caller& caller) {
+    return handler_.list_attempts(caller, *request, *response);
+  });
 }
 
 CreepService::Unary* CreepService::ListSamples(Context* context, const v1::ListSamplesRequest* request,

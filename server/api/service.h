@@ -34,6 +34,9 @@ class CreepService final : public creep::v1::CreepService::CallbackService {
   Unary* CancelJob(Context*, const creep::v1::CancelJobRequest*, creep::v1::Job*) override;
   Unary* ForkJob(Context*, const creep::v1::ForkJobRequest*, creep::v1::SubmitJobResponse*) override;
   Unary* DeleteJob(Context*, const creep::v1::DeleteJobRequest*, creep::v1::DeleteJobResponse*) override;
+  Unary* DeleteJobs(Context*, const creep::v1::DeleteJobsRequest*, creep::v1::DeleteJobsResponse*) override;
+  Unary* ListAttempts(Context*, const creep::v1::ListAttemptsRequest*,
+                      creep::v1::ListAttemptsResponse*) override;
   Unary* ListSamples(Context*, const creep::v1::ListSamplesRequest*,
                      creep::v1::ListSamplesResponse*) override;
   Unary* ReadCurves(Context*, const creep::v1::ReadCurvesRequest*, creep::v1::Curves*) override;

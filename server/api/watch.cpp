@@ -22,8 +22,13 @@ constexpr seconds kStalled{60};
 class WatchStream final : public grpc::ServerWriteReactor<v1::Event> {
  public:
   WatchStream(WatchHub& hub, grpc::CallbackServerContext* context, std::optional<Caller> caller,
-              std::string job, std::uint64_t after_seq)
-      : hub(hub), context(context), caller(std::move(caller)), job(std::move(job)), last_seq(after_seq) {}
+              const v1::WatchJobRequest& request)
+      : hub(hub),
+        context(context),
+        caller(std::move(caller)),
+        job(request.job()),
+        every_sample(request.every_sample()),
+        last_seq(request.after_seq()) {}
 
   void OnWriteDone(bool ok) override { news(true, !ok); }
   void OnCancel() override { news(false, true); }
@@ -43,7 +48,9 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::Event> {
   // Of the hub's thread alone.
   const std::optional<Caller> caller;
   const std::string job;
+  const bool every_sample;
   std::uint64_t last_seq;
+  bool caught_up = false;  // once: from then on it looks on
   bool cancel_tried = false;
   v1::Event event;
   WatchHub::Clock::time_point sent = WatchHub::Clock::now();
@@ -83,7 +90,7 @@ WatchHub::~WatchHub() {
 grpc::ServerWriteReactor<v1::Event>* WatchHub::watch(grpc::CallbackServerContext* context,
                                                      std::optional<Caller> caller,
                                                      const v1::WatchJobRequest& request) {
-  auto* stream = new WatchStream(*this, context, std::move(caller), request.job(), request.after_seq());
+  auto* stream = new WatchStream(*this, context, std::move(caller), request);
   {
     const std::lock_guard lock(mutex_);
     streams_.insert(stream);
@@ -204,7 +211,9 @@ void WatchHub::send(WatchStream& stream) {
   const auto feed = feed_of(stream.job);
   if (!feed.ok()) return finish(stream, feed.status());
   const Feed& now = **feed;
-  const auto step = next_event(now.changes, now.job.samples, now.readable, stream.last_seq);
+  const std::uint64_t backlog = stream.every_sample || !stream.caught_up ? kMostBacklog : kMostLiveBacklog;
+  const auto step = next_event(now.changes, now.job.samples, now.readable, stream.last_seq, backlog);
+  stream.caught_up = stream.caught_up || !step;
   stream.event.Clear();
   if (step) {
     stream.event.set_seq(step->seq);

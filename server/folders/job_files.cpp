@@ -196,6 +196,13 @@ std::optional<std::int64_t> lease_attempt(const fs::path& folder) {
   return attempt;
 }
 
+std::string lease_holder(const fs::path& folder) {
+  const auto text = creep::read_file(creep::JobDirectory(folder).lease(), 4096);
+  long long process = 0;
+  if (!text.ok() || std::sscanf(text->c_str(), "attempt %*d process %lld", &process) != 1) return "a process";
+  return absl::StrCat("process ", process);
+}
+
 bool lease_is_held(const fs::path& folder) {
   const auto file = creep::open_file(creep::JobDirectory(folder).lease(), O_RDWR);
   if (!file.ok()) return false;

@@ -53,6 +53,9 @@ std::string state_digest(const std::filesystem::path& folder);
 std::optional<std::int64_t> verdict_attempt(const std::filesystem::path& folder);
 std::optional<std::int64_t> lease_attempt(const std::filesystem::path& folder);
 
+/// "process 4711": who took the lease last.
+std::string lease_holder(const std::filesystem::path& folder);
+
 /// True while a worker, of whatever daemon, holds the lease.
 bool lease_is_held(const std::filesystem::path& folder);
 

@@ -330,8 +330,21 @@ absl::StatusOr<JobStore::Inserted> Jobs::derive(const Caller& caller, const std:
 
 absl::StatusOr<Job> Jobs::get(const Caller& caller, const std::string& id) const {
   auto job = store_.get(id);
-  if (job.ok() && !caller.admin && job->owner != caller.owner) return job_not_found(id);
+  if (job.ok() && !caller.sees().empty() && job->owner != caller.sees()) return job_not_found(id);
   return job;
+}
+
+absl::StatusOr<std::vector<Job>> Jobs::list(const Caller& caller, ListQuery query) {
+  query.owner = caller.sees();
+  std::sort(query.states.begin(), query.states.end());
+  query.states.erase(std::unique(query.states.begin(), query.states.end()), query.states.end());
+  return store_.list(query);
+}
+
+absl::StatusOr<std::vector<Attempt>> Jobs::attempts(const Caller& caller, const std::string& id,
+                                                    std::int64_t first, int limit) {
+  if (auto job = get(caller, id); !job.ok()) return job.status();
+  return store_.attempts(id, first, limit);
 }
 
 absl::StatusOr<Job> Jobs::change(const Caller& caller, const std::string& id,
@@ -388,15 +401,27 @@ absl::StatusOr<Job> Jobs::cancel(const Caller& caller, const std::string& id, bo
   });
 }
 
-absl::Status Jobs::remove(const Caller& caller, const std::string& id) {
-  if (auto job = get(caller, id); !job.ok()) return job.status();
-  if (auto status = store_.mark_deleted(id); !status.ok()) return status;
-  samples_.forget(id);
-  std::error_code error;
-  std::filesystem::remove_all(folder(id), error);
+std::vector<absl::Status> Jobs::remove_all(const Caller& caller, const std::vector<std::string>& ids) {
+  std::vector<absl::Status> results;
+  std::vector<std::string> allowed;
+  for (const std::string& id : ids) {
+    results.push_back(get(caller, id).status());
+    if (results.back().ok()) allowed.push_back(id);
+  }
+  const std::vector<absl::Status> marked = store_.mark_deleted(allowed);
+  std::vector<std::string> gone;
+  for (std::size_t i = 0, next = 0; i < ids.size(); ++i) {
+    if (!results[i].ok()) continue;
+    results[i] = marked[next++];
+    if (!results[i].ok()) continue;
+    samples_.forget(ids[i]);
+    std::error_code error;
+    std::filesystem::remove_all(folder(ids[i]), error);
+    if (!error) gone.push_back(ids[i]);
+  }
   // What could not be removed for good the supervisor tries again.
-  if (error || !creep::sync_directory(jobs_).ok()) return absl::OkStatus();
-  return store_.forget(id);
+  if (!gone.empty() && creep::sync_directory(jobs_).ok()) store_.forget(gone).IgnoreError();
+  return results;
 }
 
 }  // namespace creepd

@@ -21,6 +21,9 @@ namespace creepd {
 struct Caller {
   std::string owner;   ///< "uid:1000"
   bool admin = false;  ///< sees and changes everybody's jobs
+
+  /// Whose jobs it may see and change; "" = everybody's.
+  std::string sees() const { return admin ? "" : owner; }
 };
 
 struct Submission {
@@ -34,6 +37,7 @@ struct Submission {
 struct JobLimits {
   std::int64_t most_unfinished = 20'000;
   std::uint64_t memory = 0;             ///< of one job [bytes]
+  int threads = 1;                      ///< of one job
   std::uint64_t least_free = 64 << 20;  ///< of the state directory, else no job is taken [bytes]
 };
 
@@ -56,7 +60,15 @@ class Jobs {
   absl::StatusOr<Job> pause(const Caller& caller, const std::string& id);
   absl::StatusOr<Job> resume(const Caller& caller, const std::string& id);
   absl::StatusOr<Job> cancel(const Caller& caller, const std::string& id, bool now);
-  absl::Status remove(const Caller& caller, const std::string& id);
+  /// Each or not: what became of it, in the order of the ids.
+  std::vector<absl::Status> remove_all(const Caller& caller, const std::vector<std::string>& ids);
+  absl::Status remove(const Caller& caller, const std::string& id) {
+    return remove_all(caller, {id}).front();
+  }
+  /// Newest first, without specs; `query.owner` is set here.
+  absl::StatusOr<std::vector<Job>> list(const Caller& caller, ListQuery query);
+  absl::StatusOr<std::vector<Attempt>> attempts(const Caller& caller, const std::string& id,
+                                                std::int64_t first, int limit);
 
   std::filesystem::path folder(const std::string& id) const { return jobs_ / id; }
   const JobLimits& limits() const { return limits_; }

@@ -21,23 +21,60 @@ bool is_outside_signal(int number) {
   return number == SIGKILL || number == SIGTERM || number == SIGINT || number == SIGHUP;
 }
 
-bool no_fault_of_worker(const AttemptEnd& end) {
-  if (end.never_started || end.exit_code == creep::kLeaseHeld) return true;
-  return end.signal ? is_outside_signal(*end.signal) : !end.exit_code;
+/// What the engine says that lies with neither the worker nor its job.
+bool is_of_engine(Cause cause) {
+  switch (cause) {
+    case Cause::kTimeLimit:
+    case Cause::kPreempted:
+    case Cause::kNodeLost:
+    case Cause::kStoppedOutside:
+      return true;
+    case Cause::kNone:
+    case Cause::kOutOfMemory:
+    case Cause::kNeverRan:
+      return false;
+  }
+  return false;
 }
 
-void wait_before_next(Job& job, Moment now) {
+bool no_fault_of_worker(const AttemptEnd& end) {
+  if (is_of_engine(end.cause) || end.cause == Cause::kNeverRan) return true;
+  if (exit_code_of(end) == creep::kLeaseHeld) return true;
+  if (exit_code_of(end)) return false;
+  return !end.process.signal || is_outside_signal(*end.process.signal);
+}
+
+/// What the engine does to an attempt in the ordinary course of things is not waited out for long.
+constexpr double kMostSecondsAfterEngine = 10.0;
+
+void wait_before_next(Job& job, Cause cause, Moment now) {
   ++job.losses;
-  job.not_before = now + static_cast<Moment>(back_off_seconds(job.losses) * 1e6);
+  double seconds = back_off_seconds(job.losses);
+  if (is_of_engine(cause)) seconds = std::min(seconds, kMostSecondsAfterEngine);
+  job.not_before = now + static_cast<Moment>(seconds * 1e6);
 }
 
 std::string described(const AttemptEnd& end) {
-  if (end.never_started) return "the worker could not be started";
   if (end.stalled) return "the worker made no progress and was killed";
-  if (end.out_of_memory) return "the worker got no more memory";
-  if (end.signal)
-    return absl::StrCat("the worker was ended by signal ", *end.signal, " (", ::strsignal(*end.signal), ")");
-  if (end.exit_code) return absl::StrCat("the worker ended with exit code ", *end.exit_code);
+  switch (end.cause) {
+    case Cause::kTimeLimit:
+      return "the attempt reached the time limit of its place";
+    case Cause::kPreempted:
+      return "the attempt gave way to something more urgent";
+    case Cause::kNodeLost:
+      return "the machine of the attempt was lost";
+    case Cause::kOutOfMemory:
+      return "the worker got no more memory";
+    case Cause::kStoppedOutside:
+      return "the worker was stopped from outside";
+    case Cause::kNeverRan:
+      return "the worker could not be started";
+    case Cause::kNone:
+      break;
+  }
+  if (const auto code = exit_code_of(end)) return absl::StrCat("the worker ended with exit code ", *code);
+  if (const auto number = end.process.signal)
+    return absl::StrCat("the worker was ended by signal ", *number, " (", ::strsignal(*number), ")");
   return "the worker disappeared";
 }
 
@@ -51,7 +88,7 @@ void count_fault(Job& job, const AttemptEnd& end, StateReason reason, Moment now
   }
   become(job, JobState::kQueued, reason,
          absl::StrCat(described(end), "; tried again (fault ", job.faults, " of ", kMostFaults, ")"));
-  wait_before_next(job, now);
+  wait_before_next(job, end.cause, now);
 }
 
 /// What was asked of the job while it ran has come about. False if nothing was asked.
@@ -84,10 +121,11 @@ std::string way_on(const Job& job, const AttemptEnd& end) {
 
 /// The endings that the worker itself decided on. False if this was none of them.
 bool conclude_by_verdict(Job& job, const AttemptEnd& end) {
-  if (!end.exit_code) return false;
-  const std::string said = end.verdict ? said_by(*end.verdict) : absl::StrCat("exit code ", *end.exit_code);
+  const auto code = exit_code_of(end);
+  if (!code) return false;
+  const std::string said = end.verdict ? said_by(*end.verdict) : absl::StrCat("exit code ", *code);
   const std::string outcome = end.verdict ? end.verdict->outcome : "";
-  switch (*end.exit_code) {
+  switch (*code) {
     case creep::kDone:
       job.state_digest = end.state_digest;
       become(job, JobState::kSucceeded,
@@ -124,7 +162,7 @@ void conclude_io_error(Job& job, const AttemptEnd& end, Moment now) {
   if (full) {
     become(job, JobState::kPaused, StateReason::kDiskFull,
            absl::StrCat(said, "; goes on by itself once there is room"));
-    wait_before_next(job, now);
+    wait_before_next(job, end.cause, now);
   } else {
     become(job, JobState::kPaused, StateReason::kIoError,
            absl::StrCat(said, "; check the storage, then resume the job"));
@@ -133,24 +171,25 @@ void conclude_io_error(Job& job, const AttemptEnd& end, Moment now) {
 
 /// Nobody asked for this ending: it counts as a fault, or the job waits for its turn or for room.
 void conclude_unasked(Job& job, const AttemptEnd& end, Moment now) {
-  if (end.exit_code == creep::kIoError) {
+  const auto code = exit_code_of(end);
+  if (code == creep::kIoError) {
     conclude_io_error(job, end, now);
-  } else if (end.daemon_stopped && (end.exit_code == creep::kCheckpointed || no_fault_of_worker(end))) {
+  } else if (end.daemon_stopped && (code == creep::kCheckpointed || no_fault_of_worker(end))) {
     job.attempts = std::max(0, job.attempts - 1);
     become(job, JobState::kQueued, StateReason::kDaemonStopped, "the daemon was stopped; goes on by itself");
-  } else if (end.exit_code == creep::kCheckpointed) {
+  } else if (code == creep::kCheckpointed && !is_of_engine(end.cause)) {
     const bool resumed = job.reason == StateReason::kResumed;
     become(job, JobState::kQueued, resumed ? StateReason::kResumed : StateReason::kWorkerLost,
            resumed ? "resumed" : "the worker was asked from outside to stop; goes on by itself");
-    if (!resumed) wait_before_next(job, now);
+    if (!resumed) wait_before_next(job, end.cause, now);
   } else if (end.stalled) {
     count_fault(job, end, StateReason::kWorkerStalled, now);
-  } else if (end.out_of_memory || end.exit_code == creep::kOutOfMemory) {
+  } else if (end.cause == Cause::kOutOfMemory || code == creep::kOutOfMemory) {
     count_fault(job, end, StateReason::kOutOfMemory, now);
   } else if (no_fault_of_worker(end)) {
     become(job, JobState::kQueued, StateReason::kWorkerLost,
            absl::StrCat(described(end), "; goes on by itself"));
-    wait_before_next(job, now);
+    wait_before_next(job, end.cause, now);
   } else {
     count_fault(job, end, StateReason::kWorkerCrashed, now);
   }
@@ -160,6 +199,16 @@ void conclude_unasked(Job& job, const AttemptEnd& end, Moment now) {
 
 double back_off_seconds(int losses) {
   return losses <= 0 ? 0.0 : std::min(60.0, static_cast<double>(1 << std::min(losses - 1, 6)));
+}
+
+std::optional<int> exit_code_of(const AttemptEnd& end) {
+  return end.verdict ? end.verdict->exit_code : end.process.exit_code;
+}
+
+bool is_over(const std::optional<creep::Ending>& verdict, bool lease_is_held) {
+  if (!lease_is_held) return true;
+  // 75 is followed by another attempt at once, which would find the lease taken.
+  return verdict && verdict->exit_code != creep::kCheckpointed;
 }
 
 void conclude(Job& job, const AttemptEnd& end, Moment now) {

@@ -6,24 +6,30 @@
 #include <string>
 
 #include "core/folder/ending.h"
+#include "server/rules/attempt.h"
 #include "server/rules/job.h"
 
 namespace creepd {
 
-/// How the worker's process ended, as the daemon saw or reconstructed it.
+/// How an attempt ended, as the daemon saw or reconstructed it.
 struct AttemptEnd {
-  std::optional<int> exit_code;          ///< nothing if a signal ended it, or if nobody knows
-  std::optional<int> signal;             ///< that ended it
-  std::optional<creep::Ending> verdict;  ///< verdict.json of this attempt, if there is one
-  bool daemon_stopped = false;           ///< the daemon went down, or had gone down, meanwhile
-  bool stalled = false;                  ///< the daemon killed it for making no progress
-  bool out_of_memory = false;            ///< the kernel reported a kill for memory
-  bool disk_full = false;                ///< too little room is left
-  bool never_started = false;            ///< the process could not be made
-  std::uint64_t checkpoint = 0;          ///< newest generation now
-  std::string state_digest;              ///< of summary.json
+  ProcessEnd process;                    ///< as its executor saw it
+  std::optional<creep::Ending> verdict;  ///< verdict.json of this attempt: outranks all that others say
+  Cause cause = Cause::kNone;
+  bool daemon_stopped = false;   ///< the daemon went down, or had gone down, meanwhile
+  bool stalled = false;          ///< the daemon killed it for making no progress
+  bool disk_full = false;        ///< too little room is left
+  std::uint64_t checkpoint = 0;  ///< newest generation now
+  std::string state_digest;      ///< of summary.json
   std::string log_tail;
 };
+
+/// The exit code that the attempt stands by: that of its verdict, else that of its process.
+std::optional<int> exit_code_of(const AttemptEnd& end);
+
+/// Whether an attempt that its executor calls ended is over. A worker that holds the lease lives, wherever it
+/// is; one that has said its last word is not waited for.
+bool is_over(const std::optional<creep::Ending>& verdict, bool lease_is_held);
 
 /// Three faults in a row without a new checkpoint end a job.
 inline constexpr int kMostFaults = 3;
@@ -34,7 +40,8 @@ double back_off_seconds(int losses);
 /// Brings a RUNNING job into the state that follows. `now`: wall clock.
 ///
 /// Own faults of the worker (a crash signal, an unknown exit code, memory, a stall) are counted, kills from
-/// outside are not; what a stop of the daemon ended is given back.
+/// outside, limits of time, preemption and lost machines are not; what a stop of the daemon ended is given
+/// back.
 void conclude(Job& job, const AttemptEnd& end, Moment now);
 
 }  // namespace creepd

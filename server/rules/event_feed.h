@@ -22,13 +22,16 @@ struct FeedStep {
   std::optional<std::uint64_t> sample;  ///< index of the sample
 };
 
-/// A reader that is this many samples behind gets the newest.
+/// A reader that is more than this many samples behind gets the newest: one that wants every sample ...
 inline constexpr std::uint64_t kMostBacklog = 1000;
+/// ... and one that looks on.
+inline constexpr std::uint64_t kMostLiveBacklog = 1;
 
 /// The event to send after `after_seq`; nothing if there is none yet. `changes` in order; `samples` were
 /// told; `readable` of them are in the log now (fewer after a power cut, until they are computed again).
 /// Changes are never left out, samples may be.
 std::optional<FeedStep> next_event(std::span<const StateEvent> changes, std::uint64_t samples,
-                                   std::uint64_t readable, std::uint64_t after_seq);
+                                   std::uint64_t readable, std::uint64_t after_seq,
+                                   std::uint64_t most_backlog = kMostBacklog);
 
 }  // namespace creepd

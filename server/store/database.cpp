@@ -2,6 +2,8 @@
 
 #include <sqlite3.h>
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,7 +13,7 @@
 namespace creepd {
 namespace {
 
-constexpr std::int64_t kSchemaVersion = 1;
+constexpr auto kSchemaVersion = static_cast<std::int64_t>(std::size(kSchema));
 constexpr std::size_t kMostPrepared = 64;  // a filter of a list has many forms
 
 }  // namespace
@@ -55,9 +57,10 @@ std::int64_t Database::rows_changed() const { return sqlite3_changes(connection_
 std::int64_t Database::last_row() const { return sqlite3_last_insert_rowid(connection_); }
 
 absl::Status Database::set_up() {
-  for (const char* pragma :
-       {"PRAGMA journal_mode=WAL", "PRAGMA synchronous=FULL", "PRAGMA foreign_keys=ON",
-        "PRAGMA busy_timeout=5000", "PRAGMA journal_size_limit=16777216", "PRAGMA trusted_schema=OFF"}) {
+  // The first one counts only before there is a first page.
+  for (const char* pragma : {"PRAGMA auto_vacuum=INCREMENTAL", "PRAGMA journal_mode=WAL",
+                             "PRAGMA synchronous=FULL", "PRAGMA foreign_keys=ON", "PRAGMA busy_timeout=5000",
+                             "PRAGMA journal_size_limit=16777216", "PRAGMA trusted_schema=OFF"}) {
     if (auto status = execute(pragma); !status.ok()) return status;
   }
   std::string verdict = "no answer";
@@ -72,14 +75,39 @@ absl::Status Database::set_up() {
     return absl::FailedPreconditionError(absl::StrCat("the database was made by a newer creepd (schema ",
                                                       *version, ", this one knows ", kSchemaVersion, ")"));
   }
-  if (*version == kSchemaVersion) return absl::OkStatus();
+  for (std::int64_t next = *version; next < kSchemaVersion; ++next) {
+    if (auto status = migrate(next); !status.ok()) return status;
+  }
+  return let_it_shrink();
+}
+
+absl::Status Database::migrate(std::int64_t version) {
   Transaction transaction(*this);
   if (auto status = transaction.status(); !status.ok()) return status;
-  if (auto status = execute(kSchema); !status.ok()) return status;
-  if (auto status = execute(absl::StrCat("PRAGMA user_version=", kSchemaVersion)); !status.ok()) {
+  if (auto status = execute(kSchema[version]); !status.ok()) return status;
+  if (auto status = execute(absl::StrCat("PRAGMA user_version=", version + 1)); !status.ok()) return status;
+  return transaction.commit();
+}
+
+absl::Status Database::let_it_shrink() {
+  constexpr std::int64_t kIncremental = 2;
+  const auto mode = number("PRAGMA auto_vacuum");
+  if (!mode.ok()) return mode.status();
+  if (*mode == kIncremental) return absl::OkStatus();
+  // Made by an earlier program: written anew once, where there is room for a second copy; if not, the file
+  // serves as it is until the next start.
+  execute("VACUUM").IgnoreError();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::int64_t> Database::give_back(std::int64_t spare, std::int64_t most) {
+  const auto free = number("PRAGMA freelist_count");
+  if (!free.ok() || *free <= spare) return free.ok() ? absl::StatusOr<std::int64_t>(0) : free.status();
+  if (auto status = execute(absl::StrCat("PRAGMA incremental_vacuum(", std::min(most, *free - spare), ")"));
+      !status.ok()) {
     return status;
   }
-  return transaction.commit();
+  return *free - spare - std::min(most, *free - spare);
 }
 
 Statement::Statement(Database& database, std::string sql) : database_(database), sql_(std::move(sql)) {

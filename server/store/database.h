@@ -36,10 +36,16 @@ class Database {
   std::int64_t last_row() const;
   absl::Status failed(const char* what) const;
 
+  /// Shortens the file by at most `most` of its free pages, but keeps `spare` of them for what comes next.
+  /// Returns how many could still be given back.
+  absl::StatusOr<std::int64_t> give_back(std::int64_t spare, std::int64_t most);
+
  private:
   friend class Statement;
   explicit Database(sqlite3* connection) : connection_(connection) {}
   absl::Status set_up();
+  absl::Status migrate(std::int64_t version);
+  absl::Status let_it_shrink();
 
   sqlite3* connection_;
   /// Prepared and not in use, by their text: preparing one costs as much as running it.

@@ -1,5 +1,6 @@
 #include "server/store/job_store.h"
 
+#include <iterator>
 #include <mutex>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "server/host/reserve.h"
 #include "server/host/wall_clock.h"
 #include "server/rules/refusal.h"
+#include "server/store/attempt_rows.h"
 #include "server/store/database.h"
 #include "server/store/job_rows.h"
 
@@ -24,18 +26,38 @@ const absl::Status& status_of(const absl::StatusOr<Value>& value) {
   return value.status();
 }
 
+constexpr JobState kAllStates[] = {JobState::kQueued,    JobState::kRunning, JobState::kPaused,
+                                   JobState::kSucceeded, JobState::kFailed,  JobState::kCancelled};
+
+/// The page is found by indices alone, a state at a time, so that jobs that are not on it are never read.
+std::string list_sql(const ListQuery& query) {
+  std::string conditions = "deleted=0 AND state=? ";
+  if (!query.owner.empty()) conditions += "AND owner=? ";
+  if (query.before_number > 0) conditions += "AND number<? ";
+  for (std::size_t i = 0; i < query.labels.size(); ++i) {
+    conditions += "AND number IN (SELECT job FROM label WHERE key=? AND value=?) ";
+  }
+  const std::vector<std::string> of_each(query.states.size(), "SELECT number FROM job WHERE " + conditions);
+  return select_jobs(Spec::kWithout, absl::StrCat("AND number IN (", absl::StrJoin(of_each, "UNION ALL "),
+                                                  "ORDER BY number DESC LIMIT ?) ORDER BY number DESC"));
+}
+
 }  // namespace
 
 struct JobStore::Impl {
-  explicit Impl(const std::filesystem::path& path)
-      : folder(path.parent_path()), reserve(folder / "reserve") {}
+  Impl(const std::filesystem::path& path, std::function<void(const std::string&)> changed)
+      : folder(path.parent_path()), reserve(folder / "reserve"), changed(std::move(changed)) {}
 
   std::filesystem::path folder;
   Reserve reserve;
+  const std::function<void(const std::string&)> changed;
   std::mutex mutex;
   std::unique_ptr<Database> database;  // never null once open
-  std::function<void(const std::string&)> listener;
-  bool deletions_pending = true;  // false: no row has deleted=1; looking for one reads the whole table
+  bool deletions_pending = true;       // false: no row has deleted=1; looking for one reads the whole table
+
+  void tell_changed(const std::string& id) const {
+    if (changed) changed(id);
+  }
 
   bool use_reserve() { return free_bytes(folder) < kAlmostFull && reserve.use(); }
 
@@ -81,7 +103,7 @@ struct JobStore::Impl {
 
   /// `event`: whether watchers want to know.
   absl::StatusOr<Job> change(const std::string& id, const std::function<absl::Status(Job&)>& change,
-                             bool& event) {
+                             const Attempt* attempt, bool& event) {
     Transaction transaction(*database);
     if (auto status = transaction.status(); !status.ok()) return status;
     auto job = read(id);
@@ -97,25 +119,68 @@ struct JobStore::Impl {
       if (auto status = add_event(*database, *job); !status.ok()) return status;
     }
     if (auto status = update_job(*database, *job); !status.ok()) return status;
+    if (attempt != nullptr) {
+      if (auto status = put_attempt(*database, job->number, *attempt); !status.ok()) return status;
+    }
     if (auto status = transaction.commit(); !status.ok()) return status;
     return job;
+  }
+
+  absl::StatusOr<std::int64_t> number_of(const std::string& id) {
+    Statement row(*database, "SELECT number FROM job WHERE id=? AND deleted=0");
+    row.bind(id);
+    const bool found = row.step();
+    if (auto status = row.status(); !status.ok()) return status;
+    if (!found) return job_not_found(id);
+    return row.integer();
+  }
+
+  absl::Status mark_deleted(const std::string& id) {
+    Statement row(*database, "UPDATE job SET deleted=1 WHERE id=? AND deleted=0 AND state NOT IN (1,2)");
+    if (auto status = row.bind(id).run(); !status.ok()) return status;
+    if (database->rows_changed() > 0) return absl::OkStatus();
+    const auto job = read(id);
+    if (!job.ok()) return job.status();
+    return refuse(absl::StatusCode::kFailedPrecondition,
+                  absl::StrCat("job ", id, " is ", state_name(job->state), "; cancel it first"),
+                  {"WRONG_STATE", {{"state", state_name(job->state)}}, {}, {}});
+  }
+
+  /// An error of the storage, which undoes all, or one status a job.
+  absl::StatusOr<std::vector<absl::Status>> mark_deleted(const std::vector<std::string>& ids) {
+    Transaction transaction(*database);
+    if (auto status = transaction.status(); !status.ok()) return status;
+    std::vector<absl::Status> marked;
+    for (const std::string& id : ids) {
+      marked.push_back(mark_deleted(id));
+      if (absl::IsUnavailable(marked.back())) return marked.back();
+    }
+    if (auto status = transaction.commit(); !status.ok()) return status;
+    return marked;
+  }
+
+  absl::Status forget(const std::vector<std::string>& ids) {
+    Transaction transaction(*database);
+    if (auto status = transaction.status(); !status.ok()) return status;
+    Statement row(*database, "DELETE FROM job WHERE id=? AND deleted=1");
+    for (const std::string& id : ids) {
+      if (auto status = row.again().bind(id).run(); !status.ok()) return status;
+    }
+    return transaction.commit();
   }
 };
 
 JobStore::JobStore(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 JobStore::~JobStore() = default;
 
-absl::StatusOr<std::unique_ptr<JobStore>> JobStore::open(const std::filesystem::path& path) {
-  auto impl = std::make_unique<Impl>(path);
+absl::StatusOr<std::unique_ptr<JobStore>> JobStore::open(const std::filesystem::path& path,
+                                                         std::function<void(const std::string&)> changed) {
+  auto impl = std::make_unique<Impl>(path, std::move(changed));
   auto database = impl->with_reserve([&] { return Database::open(path); });
   if (!database.ok()) return database.status();
   impl->database = *std::move(database);
   impl->reserve.restore();
   return std::unique_ptr<JobStore>(new JobStore(std::move(impl)));
-}
-
-void JobStore::on_change(std::function<void(const std::string&)> listener) {
-  impl_->listener = std::move(listener);
 }
 
 absl::StatusOr<std::optional<Job>> JobStore::find_request(const std::string& owner, const RequestKey& key) {
@@ -148,39 +213,44 @@ absl::StatusOr<Job> JobStore::get(const std::string& id) {
   return impl_->read(id);
 }
 
-absl::StatusOr<std::vector<Job>> JobStore::list(const ListQuery& query) {
-  std::string rest;
-  if (!query.owner.empty()) rest += "AND owner=? ";
-  if (query.before_number > 0) rest += "AND number<? ";
-  if (!query.states.empty()) {
-    rest += "AND state IN (" +
-            absl::StrJoin(
-                query.states, ",",
-                [](std::string* out, JobState state) { absl::StrAppend(out, static_cast<int>(state)); }) +
-            ") ";
-  }
-  for (std::size_t i = 0; i < query.labels.size(); ++i) {
-    rest += "AND EXISTS (SELECT 1 FROM label WHERE label.job=job.number AND key=? AND value=?) ";
-  }
-  rest += "ORDER BY number DESC LIMIT ?";
+absl::StatusOr<std::vector<Job>> JobStore::list(ListQuery query) {
+  if (query.states.empty()) query.states.assign(std::begin(kAllStates), std::end(kAllStates));
   const std::lock_guard lock(impl_->mutex);
-  Statement rows(*impl_->database, select_jobs(Spec::kWithout, rest));
-  if (!query.owner.empty()) rows.bind(query.owner);
-  if (query.before_number > 0) rows.bind(query.before_number);
-  for (const auto& [key, value] : query.labels) rows.bind(key).bind(value);
+  Statement rows(*impl_->database, list_sql(query));
+  for (const JobState state : query.states) {
+    rows.bind(state);
+    if (!query.owner.empty()) rows.bind(query.owner);
+    if (query.before_number > 0) rows.bind(query.before_number);
+    for (const auto& [key, value] : query.labels) rows.bind(key).bind(value);
+  }
   rows.bind(query.limit);
   return read_jobs(*impl_->database, rows);
 }
 
-absl::StatusOr<Job> JobStore::change(const std::string& id, const std::function<absl::Status(Job&)>& change) {
+absl::StatusOr<Job> JobStore::change(const std::string& id, const std::function<absl::Status(Job&)>& change,
+                                     const Attempt* attempt) {
   bool event = false;
   absl::StatusOr<Job> job;
   {
     const std::lock_guard lock(impl_->mutex);
-    job = impl_->with_reserve([&] { return impl_->change(id, change, event); });
+    job = impl_->with_reserve([&] { return impl_->change(id, change, attempt, event); });
   }
-  if (job.ok() && event && impl_->listener) impl_->listener(id);
+  if (job.ok() && event) impl_->tell_changed(id);
   return job;
+}
+
+absl::Status JobStore::note(const std::string& id, const Attempt& attempt) {
+  const std::lock_guard lock(impl_->mutex);
+  const auto job = impl_->number_of(id);
+  return job.ok() ? put_attempt(*impl_->database, *job, attempt) : job.status();
+}
+
+absl::StatusOr<std::vector<Attempt>> JobStore::attempts(const std::string& id, std::int64_t first,
+                                                        int limit) {
+  const std::lock_guard lock(impl_->mutex);
+  const auto job = impl_->number_of(id);
+  if (!job.ok()) return job.status();
+  return read_attempts(*impl_->database, *job, first, limit);
 }
 
 absl::Status JobStore::tell(const std::vector<Telling>& news) {
@@ -196,8 +266,7 @@ absl::Status JobStore::tell(const std::vector<Telling>& news) {
     }
     if (auto status = transaction.commit(); !status.ok()) return status;
   }
-  if (!impl_->listener) return absl::OkStatus();
-  for (const Telling& one : news) impl_->listener(one.id);
+  for (const Telling& one : news) impl_->tell_changed(one.id);
   return absl::OkStatus();
 }
 
@@ -274,32 +343,23 @@ absl::StatusOr<std::unordered_map<std::int64_t, std::int64_t>> JobStore::queue_p
   return positions;
 }
 
-absl::Status JobStore::mark_deleted(const std::string& id) {
+std::vector<absl::Status> JobStore::mark_deleted(const std::vector<std::string>& ids) {
+  absl::StatusOr<std::vector<absl::Status>> marked;
   {
     const std::lock_guard lock(impl_->mutex);
-    const auto job = impl_->read(id);
-    if (!job.ok()) return job.status();
     impl_->deletions_pending = true;
-    const auto mark = [&] {
-      return Statement(*impl_->database, "UPDATE job SET deleted=1 WHERE id=? AND state NOT IN (1,2)")
-          .bind(id)
-          .run();
-    };
-    if (auto status = impl_->with_reserve(mark); !status.ok()) return status;
-    if (impl_->database->rows_changed() == 0) {
-      return refuse(absl::StatusCode::kFailedPrecondition,
-                    absl::StrCat("job ", id, " is ", state_name(job->state), "; cancel it first"),
-                    {"WRONG_STATE", {{"state", state_name(job->state)}}, {}, {}});
-    }
+    marked = impl_->with_reserve([&] { return impl_->mark_deleted(ids); });
   }
-  if (impl_->listener) impl_->listener(id);
-  return absl::OkStatus();
+  if (!marked.ok()) return std::vector<absl::Status>(ids.size(), marked.status());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if ((*marked)[i].ok()) impl_->tell_changed(ids[i]);
+  }
+  return *std::move(marked);
 }
 
-absl::Status JobStore::forget(const std::string& id) {
+absl::Status JobStore::forget(const std::vector<std::string>& ids) {
   const std::lock_guard lock(impl_->mutex);
-  return impl_->with_reserve(
-      [&] { return Statement(*impl_->database, "DELETE FROM job WHERE id=? AND deleted=1").bind(id).run(); });
+  return impl_->with_reserve([&] { return impl_->forget(ids); });
 }
 
 absl::StatusOr<std::vector<std::string>> JobStore::marked_deleted() {
@@ -317,6 +377,13 @@ absl::Status JobStore::forget_requests_before(Moment moment) {
   const std::lock_guard lock(impl_->mutex);
   return impl_->with_reserve(
       [&] { return Statement(*impl_->database, "DELETE FROM request WHERE moment<?").bind(moment).run(); });
+}
+
+absl::Status JobStore::shrink() {
+  constexpr std::int64_t kSpare = 256;  // of 4 KiB: what the next jobs need
+  constexpr std::int64_t kMost = 1024;
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->database->give_back(kSpare, kMost).status();
 }
 
 bool JobStore::use_reserve() {

@@ -17,6 +17,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "server/rules/attempt.h"
 #include "server/rules/job.h"
 
 namespace creepd {
@@ -44,12 +45,11 @@ struct Counts {
 class JobStore {
  public:
   /// Opens or makes the database, checks it and brings its schema up to date. Errors: Unavailable (storage),
-  /// DataLoss (damaged), FailedPrecondition (made by a newer version).
-  static absl::StatusOr<std::unique_ptr<JobStore>> open(const std::filesystem::path& path);
+  /// DataLoss (damaged), FailedPrecondition (made by a newer version). `changed` is called with the id of the
+  /// job after each change that watchers may want to know, from any thread and outside all locks.
+  static absl::StatusOr<std::unique_ptr<JobStore>> open(
+      const std::filesystem::path& path, std::function<void(const std::string&)> changed = nullptr);
   ~JobStore();
-
-  /// Called with the id after each change that watchers may want to know, outside all locks.
-  void on_change(std::function<void(const std::string&)> listener);
 
   /// The job of an earlier submission with this key. Errors: InvalidArgument REQUEST_ID_REUSED.
   absl::StatusOr<std::optional<Job>> find_request(const std::string& owner, const RequestKey& key);
@@ -66,11 +66,18 @@ class JobStore {
   absl::StatusOr<Job> get(const std::string& id);
 
   /// Newest first; without specs.
-  absl::StatusOr<std::vector<Job>> list(const ListQuery& query);
+  absl::StatusOr<std::vector<Job>> list(ListQuery query);
 
   /// Reads the job, has `change` alter it, and stores it; a change of state or reason becomes an event. The
-  /// error of `change` is returned and nothing is stored.
-  absl::StatusOr<Job> change(const std::string& id, const std::function<absl::Status(Job&)>& change);
+  /// error of `change` is returned and nothing is stored. An attempt, which `change` may fill in, is stored
+  /// with it.
+  absl::StatusOr<Job> change(const std::string& id, const std::function<absl::Status(Job&)>& change,
+                             const Attempt* attempt = nullptr);
+
+  /// News of an attempt. Errors: NotFound JOB_NOT_FOUND.
+  absl::Status note(const std::string& id, const Attempt& attempt);
+  /// Those of a job from number `first` on, at most `limit`. Errors: NotFound JOB_NOT_FOUND.
+  absl::StatusOr<std::vector<Attempt>> attempts(const std::string& id, std::int64_t first, int limit);
 
   struct Telling {
     std::string id;
@@ -99,15 +106,18 @@ class JobStore {
   /// That of each, by Job::number.
   absl::StatusOr<std::unordered_map<std::int64_t, std::int64_t>> queue_positions();
 
-  /// Two steps, so that a power cut between them leaves no orphan: hidden from now on (error:
-  /// FailedPrecondition WRONG_STATE while it is queued or running) ...
-  absl::Status mark_deleted(const std::string& id);
-  /// ... and, its files being gone, forgotten.
-  absl::Status forget(const std::string& id);
+  /// Two steps, so that a power cut between them leaves no orphan: hidden from now on, each or not (errors of
+  /// each: NotFound, FailedPrecondition WRONG_STATE while it is queued or running) ...
+  std::vector<absl::Status> mark_deleted(const std::vector<std::string>& ids);
+  /// ... and, their files being gone, forgotten.
+  absl::Status forget(const std::vector<std::string>& ids);
   absl::StatusOr<std::vector<std::string>> marked_deleted();
 
   /// Forgets answered submissions older than this.
   absl::Status forget_requests_before(Moment moment);
+
+  /// Makes the file shorter by some of the room that was deleted, soon enough for nobody to wait long.
+  absl::Status shrink();
 
   /// Gives up the reserve if the disk is full. False if that is of no use.
   bool use_reserve();

@@ -74,6 +74,8 @@ class ScriptedConnection : public Connection {
   CallResult call(const api::ResumeJobRequest&, api::Job&) override { return none(); }
   CallResult call(const api::CancelJobRequest&, api::Job&) override { return none(); }
   CallResult call(const api::DeleteJobRequest&, api::DeleteJobResponse&) override { return none(); }
+  CallResult call(const api::DeleteJobsRequest&, api::DeleteJobsResponse&) override { return none(); }
+  CallResult call(const api::ListAttemptsRequest&, api::ListAttemptsResponse&) override { return none(); }
   CallResult call(const api::GetServerInfoRequest&, api::ServerInfo&) override { return none(); }
 
   std::unique_ptr<Stream<api::Event>> watch(const api::WatchJobRequest& request, Deadline) override {

@@ -35,14 +35,14 @@ Job run_again(Job job) {
 
 AttemptEnd exit_with(int code, const char* outcome = "", const char* reason = "because") {
   AttemptEnd end;
-  end.exit_code = code;
+  end.process.exit_code = code;
   if (*outcome != '\0') end.verdict = creep::Ending{code, outcome, reason, ""};
   return end;
 }
 
 AttemptEnd signalled(int number) {
   AttemptEnd end;
-  end.signal = number;
+  end.process.signal = number;
   return end;
 }
 
@@ -157,10 +157,31 @@ TEST(AttemptEnding, KillsFromOutsideNeverFailAJobButAreBackedOff) {
   EXPECT_DOUBLE_EQ(back_off_seconds(1000), 60.0);
 }
 
+TEST(AttemptEnding, AVerdictOutranksWhatTheEngineSaysOfTheEnd) {
+  for (const Cause cause : {Cause::kTimeLimit, Cause::kPreempted, Cause::kNodeLost, Cause::kNeverRan}) {
+    Job job = running_job();
+    AttemptEnd end = exit_with(creep::kDone, "completed");
+    end.process = {std::nullopt, SIGSEGV};
+    end.cause = cause;
+    conclude(job, end, kNow);
+    EXPECT_EQ(job.state, JobState::kSucceeded);
+  }
+}
+
+TEST(AttemptEnding, AnAttemptIsOverWhenNobodyHoldsItsLeaseOrItsLastWordIsSaid) {
+  const creep::Ending done{creep::kDone, "completed", "", ""};
+  const creep::Ending again{creep::kCheckpointed, "checkpointed", "", ""};
+  EXPECT_TRUE(is_over(std::nullopt, false));
+  EXPECT_FALSE(is_over(std::nullopt, true));
+  EXPECT_TRUE(is_over(done, true));
+  EXPECT_FALSE(is_over(again, true));
+  EXPECT_TRUE(is_over(again, false));
+}
+
 TEST(AttemptEnding, AKillForMemoryIsAFault) {
   Job job = running_job();
   AttemptEnd end = signalled(SIGKILL);
-  end.out_of_memory = true;
+  end.cause = Cause::kOutOfMemory;
   conclude(job, end, kNow);
   EXPECT_EQ(job.reason, StateReason::kOutOfMemory);
   EXPECT_EQ(job.faults, 1);
@@ -302,6 +323,30 @@ TEST(EventFeed, AReaderFarBehindGetsTheNewestSampleAndEveryChange) {
   EXPECT_EQ(*steps.back().sample, 29999u);
   EXPECT_EQ(skipped + steps.size(), 30003u);
   EXPECT_LE(steps.size(), changes.size() + 1);
+}
+
+TEST(EventFeed, AReaderThatLooksOnGetsTheNewestSampleAndEveryChange) {
+  std::vector<StateEvent> changes = {change_after(0)};
+  std::uint64_t after = 1;
+  std::uint64_t samples = 0;
+  std::size_t seen = 1;
+  for (int telling = 1; telling <= 50; ++telling) {
+    samples += 16;
+    if (telling % 10 == 0) {
+      changes.push_back(change_after(samples - 7));
+      changes.push_back(change_after(samples - 7));
+    }
+    int sent = 0;
+    while (const auto step = next_event(changes, samples, samples, after, kMostLiveBacklog)) {
+      EXPECT_EQ(step->seq, after + step->skipped + 1);
+      if (step->change) EXPECT_EQ(*step->change, seen++);
+      sent += step->sample ? 1 : 0;
+      after = step->seq;
+    }
+    EXPECT_EQ(sent, 1);
+  }
+  EXPECT_EQ(seen, changes.size());
+  EXPECT_EQ(after, samples + changes.size());
 }
 
 TEST(EventFeed, AChangeIsToldThoughSamplesBeforeItWereLostInAPowerCut) {

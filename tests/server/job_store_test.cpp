@@ -261,6 +261,91 @@ TEST_F(JobsTest, ADatabaseOfANewerVersionIsRefused) {
   EXPECT_TRUE(absl::IsFailedPrecondition(JobStore::open(path).status()));
 }
 
+TEST_F(JobsTest, AStoreOfTheFirstSchemaIsTakenOverWithAllThatIsInIt) {
+  // Made by creepd 0.1: five jobs that succeeded, one cancelled, and one running when the daemon was killed.
+  jobs_.reset();
+  store_.reset();
+  const std::filesystem::path path = directory_.path() / "creepd.db";
+  std::filesystem::copy_file(std::filesystem::path(CREEP_TEST_DATA) / "store_schema_1.db", path,
+                             std::filesystem::copy_options::overwrite_existing);
+  for (int start = 0; start < 2; ++start) {
+    open();
+    const ListQuery all{.owner = "", .states = {}, .labels = {}, .before_number = 0, .limit = 10};
+    EXPECT_EQ(store_->list(all)->size(), 7u);
+    ListQuery labelled = all;
+    labelled.labels = {{"study", "a"}, {"seed", "2"}};
+    ASSERT_EQ(store_->list(labelled)->size(), 1u);
+    EXPECT_EQ(store_->list(labelled)->front().id, "hqw2x2pwxt");
+    EXPECT_EQ(store_->list(labelled)->front().state, JobState::kSucceeded);
+    EXPECT_EQ(store_->events("hqw2x2pwxt", 0)->changes.size(), 3u);
+    EXPECT_TRUE(store_->attempts("hqw2x2pwxt", 0, 10)->empty()) << "nothing is known of earlier attempts";
+    const auto under_way = store_->attempts("kqrgyg9ep4", 0, 10);
+    ASSERT_EQ(under_way->size(), 1u);
+    EXPECT_EQ(under_way->front().number, 1);
+    EXPECT_EQ(under_way->front().state, AttemptState::kRunning);
+    EXPECT_EQ(under_way->front().asked, store_->events("kqrgyg9ep4", 0)->changes.back().moment);
+  }
+}
+
+TEST_F(JobsTest, AttemptsAreKeptInOrderAndGoWithTheirJob) {
+  const std::string id = submit({kSpec, "", {}, 0}).job.id;
+  Attempt attempt;
+  attempt.engine = "local";
+  attempt.asked = 7;
+  for (attempt.number = 1; attempt.number <= 5; ++attempt.number) ASSERT_TRUE(store_->note(id, attempt).ok());
+  attempt.number = 3;
+  attempt.state = AttemptState::kEnded;
+  attempt.ended = 9;
+  attempt.process.signal = 9;
+  attempt.cause = Cause::kOutOfMemory;
+  attempt.words = "killed";
+  ASSERT_TRUE(store_->note(id, attempt).ok());
+  open();
+  const auto page = jobs_->attempts(kAlice, id, 2, 2);
+  ASSERT_EQ(page->size(), 2u);
+  EXPECT_EQ(page->at(0).number, 2);
+  EXPECT_EQ(page->at(0).state, AttemptState::kAsked);
+  EXPECT_EQ(page->at(1).process.signal, 9);
+  EXPECT_FALSE(page->at(1).process.exit_code);
+  EXPECT_EQ(page->at(1).cause, Cause::kOutOfMemory);
+  EXPECT_EQ(page->at(1).words, "killed");
+  EXPECT_TRUE(absl::IsNotFound(jobs_->attempts(kBob, id, 0, 10).status()));
+  ASSERT_TRUE(jobs_->cancel(kAlice, id, false).ok());
+  ASSERT_TRUE(jobs_->remove(kAlice, id).ok());
+  EXPECT_TRUE(absl::IsNotFound(store_->note(id, attempt)));
+}
+
+TEST_F(JobsTest, ManyDeletionsAreEachDoneOrRefusedAndTheFileShrinks) {
+  std::vector<std::string> ids;
+  for (int i = 0; i < 50; ++i) {
+    ids.push_back(submit({std::string(kSpec) + "# " + std::string(60'000, 'x') + "\n", "", {}, 0}).job.id);
+    ASSERT_TRUE(jobs_->cancel(kAlice, ids.back(), false).ok());
+  }
+  open();
+  const auto before = std::filesystem::file_size(directory_.path() / "creepd.db");
+  const std::string queued = submit({kSpec, "", {}, 0}).job.id;
+  const std::string of_bob = submit({kSpec, "", {}, 0}, kBob).job.id;
+  ids.insert(ids.begin() + 10, {queued, of_bob, "nosuchjob", ids.front()});
+  const auto removed = jobs_->remove_all(kAlice, ids);
+  ASSERT_EQ(removed.size(), 54u);
+  for (std::size_t i = 0; i < removed.size(); ++i) {
+    if (i < 10 || i > 13) {
+      EXPECT_TRUE(removed[i].ok()) << i;
+      EXPECT_FALSE(std::filesystem::exists(jobs_->folder(ids[i])));
+    }
+  }
+  EXPECT_EQ(reason(removed[10]), "WRONG_STATE");
+  EXPECT_EQ(reason(removed[11]), "JOB_NOT_FOUND");
+  EXPECT_EQ(reason(removed[12]), "JOB_NOT_FOUND");
+  EXPECT_EQ(reason(removed[13]), "JOB_NOT_FOUND") << "a second time";
+  EXPECT_EQ(store_->marked_deleted()->size(), 0u);
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(store_->shrink().ok());
+  open();  // what is given back leaves the file with its log
+  // 50 jobs of 60 kB; 1 MiB of free pages is kept.
+  EXPECT_LT(std::filesystem::file_size(directory_.path() / "creepd.db"), before - (50 * 60'000 - (3 << 19)));
+  EXPECT_TRUE(jobs_->get(kAlice, queued).ok());
+}
+
 TEST_F(JobsTest, ADamagedDatabaseIsRefusedNotReplaced) {
   jobs_.reset();
   store_.reset();

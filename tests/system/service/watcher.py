@@ -34,7 +34,7 @@ class Watcher:
     def follow(self):
         job = self.history.job
         try:
-            self.stream = self.client.service.WatchJob(creep.WatchJobRequest(job=job, after_seq=self.seq),
+            self.stream = self.client.service.WatchJob(creep.WatchJobRequest(job=job, after_seq=self.seq, every_sample=True),
                                                        wait_for_ready=True)
             if self.stopping:  # meanwhile
                 return self.stream.cancel()
@@ -72,7 +72,7 @@ class Watcher:
 
 def read_events(client, history, last_seq):
     """All events up to this one, anew."""
-    stream = client.service.WatchJob(creep.WatchJobRequest(job=history.job), timeout=CALL_LIMIT)
+    stream = client.service.WatchJob(creep.WatchJobRequest(job=history.job, every_sample=True), timeout=CALL_LIMIT)
     seq = 0
     while seq < last_seq:
         event = next(stream)

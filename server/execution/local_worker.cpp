@@ -1,4 +1,4 @@
-#include "server/execution/worker_process.h"
+#include "server/execution/local_worker.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -59,7 +59,7 @@ absl::StatusOr<pid_t> spawn(const std::filesystem::path& program, std::vector<st
 
 }  // namespace
 
-absl::StatusOr<WorkerProcess> WorkerProcess::start(const WorkerCommand& command) {
+absl::StatusOr<LocalWorker> LocalWorker::start(const WorkerCommand& command) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return creep::errno_status("pipe", errno);
   creep::FileDescriptor reading(ends[0]);
@@ -80,12 +80,12 @@ absl::StatusOr<WorkerProcess> WorkerProcess::start(const WorkerCommand& command)
   creep::FileDescriptor process(static_cast<int>(::syscall(SYS_pidfd_open, *id, 0)));
   const int niceness = ::getpriority(PRIO_PROCESS, 0);
   ::setpriority(PRIO_PROCESS, static_cast<id_t>(*id), std::min(19, niceness + kNicer));
-  return WorkerProcess(*id, std::move(process), std::move(writing));
+  return LocalWorker(*id, std::move(process), std::move(writing));
 }
 
-void WorkerProcess::send(int signal_number) const { ::kill(id_, signal_number); }
+void LocalWorker::send(int signal_number) const { ::kill(id_, signal_number); }
 
-std::optional<ProcessEnd> WorkerProcess::poll() {
+std::optional<ProcessEnd> LocalWorker::poll() {
   int status = 0;
   const pid_t ended = ::waitpid(id_, &status, WNOHANG);
   if (ended == 0 || (ended < 0 && errno == EINTR)) return std::nullopt;

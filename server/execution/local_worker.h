@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "absl/status/statusor.h"
 #include "core/folder/file_descriptor.h"
+#include "server/rules/attempt.h"
 
 namespace creepd {
 
@@ -20,16 +22,11 @@ struct WorkerCommand {
   double checkpoint_interval = 30.0;  ///< [s]
 };
 
-struct ProcessEnd {
-  std::optional<int> exit_code;
-  std::optional<int> signal;
-};
-
 /// A pipe ties the worker to the daemon: when the daemon goes, however it goes, the worker reads the end of
 /// it and checkpoints. In a process group of its own, below the daemon in priority.
-class WorkerProcess {
+class LocalWorker {
  public:
-  static absl::StatusOr<WorkerProcess> start(const WorkerCommand& command);
+  static absl::StatusOr<LocalWorker> start(const WorkerCommand& command);
 
   /// Readable once the process has ended.
   int descriptor() const { return process_.get(); }
@@ -41,7 +38,7 @@ class WorkerProcess {
   std::optional<ProcessEnd> poll();
 
  private:
-  WorkerProcess(pid_t id, creep::FileDescriptor process, creep::FileDescriptor pipe)
+  LocalWorker(pid_t id, creep::FileDescriptor process, creep::FileDescriptor pipe)
       : id_(id), process_(std::move(process)), pipe_(std::move(pipe)) {}
 
   pid_t id_;
